@@ -5,6 +5,14 @@ Only the schema, its checks and the generated tables of docs/plant.md may enter.
 
 from hil_sim.config.build import Plant, build_plant
 from hil_sim.config.load import ConfigError, load_plant
-from hil_sim.config.model import AxisPlant, PlantConfig
+from hil_sim.config.model import AxisPlant, PlantConfig, TemperatureProbe
 
-__all__ = ["AxisPlant", "ConfigError", "Plant", "PlantConfig", "build_plant", "load_plant"]
+__all__ = [
+    "AxisPlant",
+    "ConfigError",
+    "Plant",
+    "PlantConfig",
+    "TemperatureProbe",
+    "build_plant",
+    "load_plant",
+]

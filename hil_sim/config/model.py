@@ -112,6 +112,14 @@ class Brake(Section):
     engage_ms: NonNegative
 
 
+class TemperatureProbe(Section):
+    """A thermometer at the guide, connected to the amplifier; `surroundings_degc` at power-up and later."""
+
+    surroundings_degc: Annotated[float, Field(ge=-40.0, le=100.0)] = 20.0
+    lag_s: Positive = 20.0
+    noise_k: NonNegative = 0.03
+
+
 class Motor(Section):
     """Rating plate of the motor; `inertia_kg_cm2` is that of rotor, coupling and screw."""
 
@@ -147,6 +155,7 @@ class AxisPlant(Section):
     home_switch: HomeSwitch | None = None
     brake: Brake | None = None
     touch_probes: TouchProbeInputs = TouchProbeInputs()
+    temperature_probe: TemperatureProbe | None = None
     amplifier: Any
     effects: dict[str, Any] = {}
 

@@ -21,9 +21,11 @@ from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.drive_states import DriveStates
 from hil_sim.drive.mode import BIT_13
 from hil_sim.drive.motion import Motion
+from hil_sim.drive.temperature_probe import thermometer_of
 from hil_sim.drive.touch_probe import TouchProbes
 from hil_sim.node import emcy
 from hil_sim.node.node_host import NodeHost
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 from hil_sim.node.slave import Slave
 from kernels.arrays import Array
 
@@ -66,11 +68,19 @@ class Drive:
         )
         self._states = DriveStates(self.objects, self.port, self.motion, self.brake, self.slave.emergency)
         connect_objects(self.slave.dictionary, self)
+        self._thermometer = thermometer_of(config, plant, index)
+        self.slave.dictionary.readers[0x2012] = lambda _sub: self.guide_temperature()
 
     @property
     def state(self) -> State:
         """State of the power drive system (CiA 402)."""
         return self._states.state
+
+    def guide_temperature(self) -> int:
+        """Return the reading of the thermometer at the guide (0.1 degC). Raises SdoAbort without one."""
+        if self._thermometer is None:
+            raise SdoAbort(AbortCode.NO_DATA)
+        return self._thermometer.counts(self._clock.now_us * 1e-6)
 
     # --- services for the slave -------------------------------------------------------------------
 

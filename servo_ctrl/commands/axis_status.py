@@ -33,11 +33,18 @@ class AxisStatus(NamedTuple):
     waveform: WaveformStatus = WaveformStatus()
     compensation_suspended: bool = False
     """Whether no compensation acts at present, whatever is switched on: a tuning moves the axis."""
+    temperature_degc: float = math.nan
+    """Temperature of its guide; NaN if there is none that can be trusted."""
 
     @property
     def error_mean_m(self) -> float:
         """J of the last reversal; NaN before the first."""
         return math.nan if self.last is None else self.last.error_mean_m
+
+    @property
+    def has_temperature(self) -> bool:
+        """Whether there is a temperature."""
+        return not math.isnan(self.temperature_degc)
 
 
 FIELDS_OF[AxisStatus] = {
@@ -60,6 +67,7 @@ FIELDS_OF[AxisStatus] = {
         label="suspended",
         text=texts.yes_no,
     ),
+    "temperature_degc": Field(part="has_temperature", digits=1),
     "error_mean_m": Field(local=False),
     "last": Field(mqtt=None),
     "version": version(0x2131, "functions", "functions"),

@@ -30,6 +30,7 @@ SECTIONS: dict[str, Any] = {
     "axis.NAME": model.AxisConfig,
     "axis.NAME.drive": node_model.Drive,
     "axis.NAME.scale": node_model.Scale,
+    "axis.NAME.temperature": node_model.Temperature,
     "axis.NAME.drive.pdo.NAME": node_model.Pdo,
     "axis.NAME.transmission": model.Transmission,
     "axis.NAME.limits": model.Limits,

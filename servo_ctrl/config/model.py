@@ -14,7 +14,7 @@ from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections, period_objections
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
 from servo_ctrl.config.mqtt_model import MqttConfig  # pydantic resolves this annotation too
-from servo_ctrl.config.node_model import SETPOINT_OF_MODE, Controller, Drive, Scale, is_mapped
+from servo_ctrl.config.node_model import SETPOINT_OF_MODE, Controller, Drive, Scale, Temperature, is_mapped
 from servo_ctrl.config.plant_model import MeasuredPlant
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 
@@ -148,6 +148,8 @@ class AxisConfig(FileSection):
     """Limits of motion, force and errors."""
     control: Control
     """Gains of the control law."""
+    temperature: Temperature | None = None
+    """Temperature of the guide, over which friction is scheduled."""
     input_shaper: InputShaper | None = None
     """Input shaping against an oscillating structure."""
     measured_plant: MeasuredPlant | None = None
@@ -214,6 +216,21 @@ class MachineConfig(FileSection):
                         f"{key}: node id {node.node_id} is already taken by {owners[node.node_id]}"
                     )
                 owners[node.node_id] = key
+        return self
+
+    @model_validator(mode="after")
+    def _temperatures_have_nodes(self) -> Self:
+        nodes = {
+            node.node_id
+            for axis in self.axes.values()
+            for node in (axis.drive, axis.scale)
+            if node is not None
+        }
+        for name, axis in self.axes.items():
+            source = axis.temperature
+            if source is not None and source.node_id not in nodes:
+                reason = f"node {source.node_id} is no drive or scale of this machine"
+                raise ValueError(f"axis.{name}.temperature.node_id: {reason}")
         return self
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
 from servo_ctrl.config.drive_units import unit_validator
-from servo_ctrl.config.section import FileSection, Positive
+from servo_ctrl.config.section import FileSection, Number, Positive
 
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
 NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
@@ -158,6 +158,29 @@ class Drive(Node):
         """Objects of the TPDOs sent after every SYNC."""
         further = [pdo for pdo in self.numbered("t").values() if pdo.transmission_type in {None, 1}]
         return self.tpdo1 + [name for pdo in further for name in pdo.objects or ()]
+
+
+class Temperature(FileSection):
+    """An object with the temperature of the axis's guide, of the manufacturer: CiA 402 has none."""
+
+    node_id: NodeId
+    """Node that has it: a drive or scale of this machine."""
+    address: Annotated[str, StringConstraints(pattern=r"^0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2}$")]
+    """Its index and subindex, such as "0x2012:00"; read by SDO once a second."""
+    k_per_count: Positive
+    """Kelvin of one count."""
+    offset_degc: Number = 0.0
+    """Temperature at 0 counts, degrees Celsius."""
+
+    @property
+    def index(self) -> int:
+        """Index of the object."""
+        return int(self.address[2:6], 16)
+
+    @property
+    def subindex(self) -> int:
+        """Subindex of the object."""
+        return int(self.address[7:], 16)
 
 
 class Scale(Node):

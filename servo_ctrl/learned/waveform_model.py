@@ -9,11 +9,14 @@ from servo_ctrl.config.section import FileSection, Number, Positive
 from servo_ctrl.control.compensation.learned_waveform import Friction, LearnedWaveformSettings
 from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learned.pulse_model import LearnedFunctions
+from servo_ctrl.learning.level_over_temperature import LevelNode, LevelSchedule
 from servo_ctrl.learning.reversal_waveform import RestForce, WaveformLearned
 
 SAMPLES_MAX, ROWS_MAX = 6000, 50
 """Bound the samples and the accelerations of a waveform; chosen: learning uses 0.48 s and ten. Rests and
 their forces are fewer."""
+NODES_MAX = 100
+"""Bounds the nodes over temperature; chosen: from -40 to 150 degC there are 39."""
 _PULSE_SECTION = "friction_compensation."
 
 Force = Annotated[float, Strict(), Field(ge=-1e6, le=1e6)]
@@ -47,6 +50,31 @@ class RestRow(FileSection):
     turned_n: Annotated[list[Force], Field(min_length=1, max_length=SAMPLES_MAX)]
 
 
+class LevelRow(FileSection):
+    """The fields of `LevelNode`."""
+
+    temperature_degc: Number
+    level: Positive
+    variance: Positive
+
+
+class LevelOverTemperature(FileSection):
+    """The fields of `LevelSchedule`."""
+
+    followed: Positive
+    moved: Number
+    evidence: Number
+    nodes: Annotated[list[LevelRow], Field(min_length=1, max_length=NODES_MAX)]
+
+    @field_validator("nodes")
+    @classmethod
+    def _rising(cls, value: list[LevelRow]) -> list[LevelRow]:
+        temperatures = [node.temperature_degc for node in value]
+        if sorted(set(temperatures)) != temperatures:
+            raise ValueError("the temperatures must rise")
+        return value
+
+
 class LearnedWaveform(LearnedContent):
     """`learning.reversal_waveform.WaveformLearned` with the parts by name."""
 
@@ -55,6 +83,8 @@ class LearnedWaveform(LearnedContent):
     rows: Annotated[list[WaveRow], Field(max_length=ROWS_MAX)]
     rests: Annotated[list[RestRow], Field(default_factory=list, max_length=ROWS_MAX)]
     """Absent in files of earlier releases."""
+    level_over_temperature: LevelOverTemperature | None = None
+    """Absent in files of earlier releases, and without a temperature."""
 
     @field_validator("rows")
     @classmethod
@@ -99,6 +129,7 @@ class LearnedWaveform(LearnedContent):
                 }
                 for rest_s, onward_n, turned_n in learned.rests
             ],
+            "level_over_temperature": _values_of(learned.schedule),
         }
 
     def learned(self) -> WaveformLearned:
@@ -115,6 +146,7 @@ class LearnedWaveform(LearnedContent):
             rests=tuple(
                 RestForce(row.rest_s, tuple(row.onward_n), tuple(row.turned_n)) for row in self.rests
             ),
+            schedule=_schedule_of(self.level_over_temperature),
         )
 
     @staticmethod
@@ -130,3 +162,17 @@ class LearnedWaveform(LearnedContent):
     def objection(self, _machine: MachineConfig, _axis: str) -> str:
         """Return "", because the control law bounds the force."""
         return ""
+
+
+def _values_of(schedule: LevelSchedule) -> dict[str, Any] | None:
+    """Convert a schedule to a mapping of plain numbers; None before the first reversal with a temperature."""
+    if not schedule.nodes:
+        return None
+    return {**schedule._asdict(), "nodes": [node._asdict() for node in schedule.nodes]}
+
+
+def _schedule_of(part: LevelOverTemperature | None) -> LevelSchedule:
+    if part is None:
+        return LevelSchedule()
+    nodes = tuple(LevelNode(**vars(node)) for node in part.nodes)
+    return LevelSchedule(nodes, part.followed, part.moved, part.evidence)

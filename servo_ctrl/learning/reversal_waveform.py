@@ -17,6 +17,7 @@ import numpy as np
 
 from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
+from servo_ctrl.learning.level_over_temperature import LevelSchedule
 from servo_ctrl.learning.performance import Indices
 
 SPAN_S = 0.45
@@ -84,6 +85,8 @@ class WaveformLearned(NamedTuple):
     machine_time_s: float = 0.0
     rests: tuple[RestForce, ...] = ()
     """Rising durations."""
+    schedule: LevelSchedule = LevelSchedule()
+    """Level of friction over temperature, relative to this waveform; production learns it."""
 
 
 def wave_table(accelerations_m_s2: tuple[float, ...], waves_n: tuple[tuple[float, ...], ...]) -> Array:

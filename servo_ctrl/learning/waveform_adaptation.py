@@ -7,6 +7,9 @@ the interpolation, stretched to its own time.
 
 A change that did not help is undone: `undo_if_worse` compares the next reversal at a similar acceleration.
 The gain is then halved, unless J has jumped: that is a change of friction, not of the waveform.
+
+With a temperature, each measured level also goes into a table over it (`level_over_temperature`), which moves
+the level between reversals.
 """
 
 import math
@@ -15,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.learning.level_over_temperature import LevelSchedule, followed, learned_at
 from servo_ctrl.learning.reversal_waveform import (
     FILTER_HZ,
     SLOPES,
@@ -27,7 +31,8 @@ from servo_ctrl.learning.reversal_waveform import (
 GAIN = 0.7
 """Gain of a correction by one reversal; the same as between strokes."""
 LEVEL_DEAD_BAND = 0.05
-"""Smallest relative change of friction that is applied; chosen: noise and position change it as much."""
+"""Smallest relative change of friction that is applied; chosen: noise and position change it as much. With
+a temperature there is none: warming is slower, and what waveforms take of it they keep in the cold."""
 LEVEL_RANGE = (0.2, 5.0)
 """Bounds of friction relative to the strokes' result; chosen."""
 SIMILAR_RATIO = 1.25
@@ -40,6 +45,8 @@ JUMP_RATIO = 3.0
 """Growth of J between similar reversals that no correction can cause; chosen."""
 GAIN_MIN = 0.05
 """Lower bound of the gain; chosen."""
+PATIENCE = 4
+"""Reversals at other accelerations during which a correction waits for its review; chosen."""
 
 
 class ProductionReversal(NamedTuple):
@@ -50,6 +57,8 @@ class ProductionReversal(NamedTuple):
     """(n,): error after it, positive where the axis lags behind its new direction."""
     error_m: float
     """J."""
+    temperature_degc: float = math.nan
+    """NaN: there is none, or it is not to be trusted."""
 
 
 class AdaptationState(NamedTuple):
@@ -67,6 +76,10 @@ class AdaptationState(NamedTuple):
     error_m: float = math.nan
     """J of that reversal."""
     gain: float = GAIN
+    waited: int = 0
+    """Reversals at other accelerations since the last correction."""
+    schedule: LevelSchedule = LevelSchedule()
+    """Level over temperature."""
 
 
 def next_state(state: AdaptationState, loop: LoopModel, reversal: ProductionReversal) -> AdaptationState:
@@ -74,8 +87,9 @@ def next_state(state: AdaptationState, loop: LoopModel, reversal: ProductionReve
     reviewed = undo_if_worse(state, reversal)
     if reviewed.learned is not state.learned:
         return reviewed
-    if reviewed.before is not None and not _similar(state, reversal):
-        return reviewed  # of another acceleration: the last correction is not reviewed yet
+    reviewed = _with_level_learned(reviewed, loop, reversal)
+    if reviewed.before is not None and not _similar(state, reversal) and reviewed.waited < PATIENCE:
+        return reviewed._replace(waited=reviewed.waited + 1)  # of another acceleration: not reviewed yet
     if reversal.error_m < UNCHANGED_BELOW_M:
         return reviewed._replace(before=None)
     learned, level = corrected_by(reviewed, loop, reversal)
@@ -87,7 +101,41 @@ def next_state(state: AdaptationState, loop: LoopModel, reversal: ProductionReve
         acceleration_m_s2=reversal.acceleration_m_s2,
         error_m=reversal.error_m,
         gain=reviewed.gain,
+        schedule=reviewed.schedule,
     )
+
+
+def at_temperature(state: AdaptationState, temperature_degc: float, elapsed_s: float) -> AdaptationState:
+    """State after `elapsed_s` at a temperature, which the level follows; NaN: it stands still."""
+    schedule, factor = followed(state.schedule, temperature_degc, elapsed_s)
+    level = float(np.clip(state.level * factor, *LEVEL_RANGE))
+    if level == state.level:
+        return state
+    share = level / state.level
+    return state._replace(
+        learned=scaled(state.learned, share),
+        level=level,
+        before=None if state.before is None else scaled(state.before, share),
+        level_before=state.level_before * share,
+        schedule=schedule,
+    )
+
+
+def _with_level_learned(
+    state: AdaptationState, loop: LoopModel, reversal: ProductionReversal
+) -> AdaptationState:
+    """State whose schedule knows the level that this reversal has measured, if it has a temperature."""
+    if math.isnan(reversal.temperature_degc) or not _covers(state.learned, reversal.acceleration_m_s2):
+        return state
+    missing_n = _missing_after(loop, reversal.trace_m)
+    growth, _ = _friction_growth(state.learned, loop, reversal.acceleration_m_s2, missing_n)
+    return state._replace(schedule=learned_at(state.schedule, reversal.temperature_degc, state.level, growth))
+
+
+def _covers(learned: WaveformLearned, acceleration_m_s2: float) -> bool:
+    """Whether the waveform was learned at accelerations down to this one, or a similar one."""
+    accelerations = learned.accelerations_m_s2
+    return bool(accelerations) and acceleration_m_s2 >= accelerations[0] / SIMILAR_RATIO
 
 
 def undo_if_worse(state: AdaptationState, reversal: ProductionReversal) -> AdaptationState:
@@ -97,7 +145,9 @@ def undo_if_worse(state: AdaptationState, reversal: ProductionReversal) -> Adapt
     if reversal.error_m > WORSE_RATIO * state.error_m + WORSE_OFFSET_M:
         jumped = reversal.error_m > JUMP_RATIO * state.error_m + WORSE_OFFSET_M
         gain = GAIN if jumped else max(0.5 * state.gain, GAIN_MIN)
-        return AdaptationState(learned=state.before, level=state.level_before, gain=gain)
+        return AdaptationState(
+            learned=state.before, level=state.level_before, gain=gain, schedule=state.schedule
+        )
     return state._replace(before=None, gain=min(1.2 * state.gain, GAIN))
 
 
@@ -112,12 +162,12 @@ def corrected_by(
     """Waveform and level of friction after the correction by one reversal."""
     learned, a_m_s2 = state.learned, reversal.acceleration_m_s2
     accelerations = np.array(learned.accelerations_m_s2)
-    if not len(accelerations) or not a_m_s2 >= accelerations[0] / SIMILAR_RATIO:
+    if not _covers(learned, a_m_s2):
         return learned, state.level
     missing_n = _missing_after(loop, reversal.trace_m)
     growth, growth_n = _friction_growth(learned, loop, a_m_s2, missing_n)
     level = state.level
-    if abs(growth) > LEVEL_DEAD_BAND:
+    if abs(growth) > (LEVEL_DEAD_BAND if math.isnan(reversal.temperature_degc) else 0.0):
         level = float(np.clip(level * (1.0 + state.gain * growth), *LEVEL_RANGE))
         learned = scaled(learned, level / state.level)
         missing_n = missing_n - growth_n

@@ -30,6 +30,7 @@ SOURCES = (
     PACKAGE / "commands" / "stage.py",
     PACKAGE / "cyclic" / "drive_phases.py",
     PACKAGE / "cyclic" / "sequence.py",
+    PACKAGE / "learning" / "temperature_input.py",
     PACKAGE / "hmi" / "diagnosis" / "job.py",
     PACKAGE / "hmi" / "shell" / "program_jobs.py",
     PACKAGE / "hmi" / "shell" / "program_process.py",

@@ -210,6 +210,7 @@ class ControllerCommandHandler:
             screw=_stored_status(ScrewStatus, self._compensation.screws[axis.name]),
             waveform=_stored_status(WaveformStatus, self._compensation.waveforms[axis.name]),
             compensation_suspended=axis.suspended,
+            temperature_degc=self._compensation.waveforms[axis.name].temperature.degc,
         )
 
     def _start_learning(self, axis: str) -> CommandResult:

@@ -14,9 +14,16 @@ from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.learning.pulse_learning import conditions_of
 from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 from servo_ctrl.learned.store import WaveformStore
-from servo_ctrl.learning.reversal_waveform import LoopModel
+from servo_ctrl.learning.level_over_temperature import relative_to
+from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned
+from servo_ctrl.learning.temperature_input import TemperatureInput
 from servo_ctrl.learning.types import ReversalReport
-from servo_ctrl.learning.waveform_adaptation import AdaptationState, ProductionReversal, next_state
+from servo_ctrl.learning.waveform_adaptation import (
+    AdaptationState,
+    ProductionReversal,
+    at_temperature,
+    next_state,
+)
 
 
 class WaveformAdaptation:
@@ -47,19 +54,16 @@ class WaveformAdaptation:
         learned = axis.learned
         if not self._on() or self._busy or loop is None or learned is None or not axis.acts:
             return
-        state = self._states[index]
-        if state is None or state.learned is not learned:  # learned again, or rolled back
-            state, self._changes[index] = AdaptationState(learned), 0
-        reversal = ProductionReversal(report.acceleration_m_s2, trace_m, report.error_mean_m)
+        state = self._state(index, learned)
+        reversal = ProductionReversal(
+            report.acceleration_m_s2, trace_m, report.error_mean_m, axis.temperature.degc
+        )
 
         def then(after: AdaptationState) -> None:
             self._busy = False
             if axis.learned is not learned:  # another waveform came into use meanwhile
                 return
-            self._states[index] = after
-            if after.learned is not learned:
-                axis.adapt(after.learned)
-                self._changes[index] += 1
+            self._take_over(index, after)
 
         def failed(reason: str) -> None:
             self._busy = False
@@ -67,6 +71,31 @@ class WaveformAdaptation:
 
         self._busy = True
         self._worker.do(partial(next_state, state, loop, reversal), then, failed)
+
+    def warmed(self, name: str, temperature: TemperatureInput, elapsed_s: float) -> None:
+        """Let the level of an axis follow its temperature; it stands still during an evaluation."""
+        index = next(place for place, axis in enumerate(self._axes) if axis.name == name)
+        axis = self._axes[index]
+        axis.temperature, learned = temperature, axis.learned
+        if self._on() and not self._busy and learned is not None and axis.acts:
+            state = self._state(index, learned)
+            self._take_over(index, at_temperature(state, temperature.degc, elapsed_s))
+
+    def _state(self, index: int, learned: WaveformLearned) -> AdaptationState:
+        """Return the state of an axis; a new one if the waveform was learned again or rolled back."""
+        state = self._states[index]
+        if state is None or state.learned is not learned:
+            state, self._changes[index] = AdaptationState(learned, schedule=learned.schedule), 0
+            self._states[index] = state
+        return state
+
+    def _take_over(self, index: int, after: AdaptationState) -> None:
+        """Make this the state of an axis, and its waveform that in use."""
+        axis = self._axes[index]
+        self._states[index] = after
+        if after.learned is not axis.learned:
+            axis.adapt(after.learned)
+            self._changes[index] += 1
 
     def store(self) -> None:
         """Store the adapted waveforms as new versions."""
@@ -89,7 +118,9 @@ class WaveformAdaptation:
         def then(version: int) -> None:
             self._note(f"axis {axis.name}: waveform changed {changes} times, stored as version {version}")
 
+        scheduled = learned._replace(schedule=relative_to(state.schedule, state.level))
+
         def work() -> int:
-            return self._store.add(axis.name, learned, conditions).version
+            return self._store.add(axis.name, scheduled, conditions).version
 
         self._worker.do(work, then, self._note)

@@ -16,6 +16,7 @@ from servo_ctrl.daemon.learning.pulse_compensation import Compensation, Compensa
 from servo_ctrl.learned.store import StoredResult, WaveformStore
 from servo_ctrl.learning.rest_force import rest_table
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, wave_table
+from servo_ctrl.learning.temperature_input import TemperatureInput
 from servo_ctrl.learning.waveform_stroke import WaveformStroke
 
 
@@ -34,6 +35,8 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
         """The stored version in use."""
         self.learned: WaveformLearned | None = None
         """The waveform in use: that of `stored`, adapted or not."""
+        self.temperature = TemperatureInput()
+        """Temperature of the axis's guide."""
         self._is_suspended = False
 
     @property

@@ -14,7 +14,6 @@ from typing import Any
 from kernels.arrays import Array
 from kernels.thread_priority import lower_priority
 from servo_ctrl.canopen.node_plan import NodePlan
-from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.client_activity import ClientActivity
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
@@ -64,6 +63,7 @@ class PageService:
         config: MachineConfig,
         plans: Sequence[NodePlan],
         machine: MachineController,
+        objects: ObjectAccess,
         *,
         commands: CommandHandler,
         publisher: StatusPublisher,
@@ -84,11 +84,10 @@ class PageService:
         rows = RowBuffer(len(channels_of(config.axes)))
         self._tap = RowTap(rows, config.period_s, ROWS_PERIOD_S)
         self._watch = BusWatch(plans, machine, self._tap, config.bus.bit_rate_kbit_s * 1000)
-        self._objects = ObjectAccess(plans, machine)
         self._encoder = StatusEncoder()
         targets = RequestTargets(
             commands=commands,
-            objects=self._objects,
+            objects=objects,
             read_program=lambda program: asyncio.to_thread(
                 self._read_program, program.name, program.text, commands.reading(program.first_line)
             ),
@@ -128,10 +127,9 @@ class PageService:
             if problem:
                 _LOG.warning("%s", problem)
 
-    def attach(self, port: CanPort, network: Network) -> None:
-        """Monitor the bus and access the nodes, which have booted."""
+    def attach(self, port: CanPort) -> None:
+        """Monitor the bus, whose nodes have booted."""
         self._watch.listen(port)
-        self._objects.attach(network)
 
     def _on_reversal(self, axis: str, report: ReversalReport, trace_m: Array) -> None:
         """Publish a reversal after the tick that evaluated it."""

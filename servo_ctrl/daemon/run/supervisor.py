@@ -19,6 +19,7 @@ from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.realtime import uninterrupted
 from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.page.object_access import ObjectAccess
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.page.page_service import PageService
 from servo_ctrl.daemon.run.assemble import build_axes, build_machine, connect
@@ -34,6 +35,7 @@ from servo_ctrl.daemon.run.self_test import objection
 from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.run.session import Session
 from servo_ctrl.daemon.run.stop_signals import stop_signals
+from servo_ctrl.daemon.run.temperatures import Temperatures
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.io.bit_rate import rate_problem
 from servo_ctrl.io.can_port import open_port
@@ -107,6 +109,7 @@ class _Supervisor:
         self._motion = MotionPlan(config, program)
         self._places = build_axes(config, self._plans)
         self._machine = build_machine(config, self._plans, self._places, lockstep=lockstep)
+        self._objects = ObjectAccess(self._plans, self._machine)
         servos = [place.servo for place in self._places]
         self._services = Services(config, self._motion, self._machine, servos, options, lockstep=lockstep)
         self._session = Session(config, self._motion, self._services, on_progress, lockstep=lockstep)
@@ -123,6 +126,7 @@ class _Supervisor:
             self._config,
             self._plans,
             self._machine,
+            self._objects,
             commands=self._services.handler,
             publisher=self._services.publisher,
             router=self._services.rows,
@@ -193,8 +197,12 @@ class _Supervisor:
             self._machine.nodes.boot = boot_again.begin
         self._session.background.append(boot_again.run)
         services.begin()
+        self._objects.attach(bus.network)
+        warmed = services.learning.waveform_adaptation.warmed
+        temperatures = Temperatures(self._config, self._machine, self._objects, warmed)
+        self._session.background.append(temperatures.run)
         if self._page is not None:
-            self._page.attach(bus.port, bus.network)
+            self._page.attach(bus.port)
         recording = RunRecording(
             self._record_dir,
             self._config,

@@ -67,6 +67,32 @@ def test_an_error_names_its_key(spoilt: Spoilt, text: str, replacement: str, key
     assert "\n" not in message
 
 
+SOURCE = '[axis.x.temperature]\nnode_id = {0}\naddress = "{1}"\nk_per_count = {2}\n\n[axis.x.transmission]'
+
+
+def test_a_temperature_is_an_object_of_a_node_of_the_machine(spoilt: Spoilt) -> None:
+    machine = load_machine(spoilt("[axis.x.transmission]", SOURCE.format(11, "0x2A12:03", 0.1)))
+    source = machine.axes["x"].temperature
+    assert source is not None
+    assert (source.node_id, source.index, source.subindex, source.offset_degc) == (11, 0x2A12, 3, 0.0)
+    assert machine.axes["y"].temperature is None
+
+
+@pytest.mark.parametrize(
+    ("node_id", "address", "k_per_count", "reason"),
+    [
+        (127, "0x2012:00", 0.1, "temperature.node_id: node 127 is no drive or scale of this machine"),
+        (1, "2012h", 0.1, "temperature.address"),
+        (1, "0x2012:00", 0.0, "temperature.k_per_count"),
+    ],
+)
+def test_a_temperature_from_nowhere_is_refused(
+    spoilt: Spoilt, node_id: int, address: str, k_per_count: float, reason: str
+) -> None:
+    with pytest.raises(ConfigError, match=reason):
+        load_machine(spoilt("[axis.x.transmission]", SOURCE.format(node_id, address, k_per_count)))
+
+
 def test_a_loop_on_the_scale_needs_one(spoilt: Spoilt) -> None:
     path = spoilt(
         '[axis.x.scale]\nnode_id = 11\neds = "../../eds/linear_scale.eds"\n'

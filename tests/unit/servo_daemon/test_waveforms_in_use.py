@@ -1,5 +1,7 @@
 """Waveforms in the daemon: switched, adapted by production, stored and rolled back."""
 
+import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +12,11 @@ from waveform_examples import example_waveform
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.daemon.learning.pulse_compensation import CompensationError
+from servo_ctrl.learned.file_model import LearnedFile
 from servo_ctrl.learned.store import StoreError, WaveformStore
+from servo_ctrl.learned.waveform_model import LearnedWaveform
+from servo_ctrl.learning.level_over_temperature import LevelNode, LevelSchedule
+from servo_ctrl.learning.temperature_input import TemperatureInput
 from servo_ctrl.learning.types import NO_PULSE, ReversalReport
 
 Stand = Callable[..., LearningStand]
@@ -116,3 +122,54 @@ def test_a_damaged_waveform_and_one_of_other_gains_are_reported_and_not_used(
     assert "--kind waveform" in made.machine.notes[0]
     with pytest.raises(StoreError):
         learned.active("x")
+
+
+def test_the_level_follows_the_temperature_while_adaptation_is_on_and_is_stored(
+    stand: Stand, learned: WaveformStore
+) -> None:
+    nodes = (LevelNode(20.0, 1.1, 0.1), LevelNode(40.0, 1.0, 0.1))
+    schedule = LevelSchedule(nodes, followed=1.0, evidence=0.05)
+    learned.add("x", example_waveform()._replace(schedule=schedule), {})
+    made = stand()
+    adaptation = made.services.learning.waveform_adaptation
+    before = made.servos["x"].params.waveform.friction.level_1_n
+    cold = TemperatureInput(20.0, "", 20.0)
+    adaptation.warmed("x", cold, 60.0)
+    assert made.servos["x"].params.waveform.friction.level_1_n == before  # adaptation is off
+    assert made.status.axes[0].temperature_degc == 20.0
+    made.services.learning.adaptation.on = True
+    adaptation.warmed("x", TemperatureInput(), 60.0)
+    assert math.isnan(made.status.axes[0].temperature_degc)
+    assert made.servos["x"].params.waveform.friction.level_1_n == before
+    adaptation.warmed("x", cold, 60.0)
+    assert made.servos["x"].params.waveform.friction.level_1_n == pytest.approx(1.1 * before)
+    adaptation.warmed("y", cold, 60.0)  # has no waveform
+    made.services.learning.waveform_adaptation.store()
+    stored = learned.active("x")
+    assert stored is not None
+    assert stored.conditions["friction_level"] == pytest.approx(1.1)
+    assert [node.level for node in stored.learned.schedule.nodes] == pytest.approx([1.0, 1.0 / 1.1])
+
+
+def test_a_waveform_with_its_temperatures_is_read_to_the_last_bit_and_one_of_before_without(
+    learned: WaveformStore,
+) -> None:
+    nodes = (LevelNode(20.0, 1.1 / 3.0, 0.1), LevelNode(25.0, 1.0, 10.0))
+    scheduled = example_waveform()._replace(schedule=LevelSchedule(nodes, 0.9, 0.1 / 3.0, -0.001))
+    assert learned.add("x", scheduled, {}).learned == scheduled
+    stored = learned.active("x")
+    assert stored is not None
+    assert stored.learned == scheduled
+    path = learned.directory / "x/waveform/v0001.json"
+    document = json.loads(path.read_text(encoding="utf-8"))
+    assert document["learned"].pop("level_over_temperature") is None
+    old = LearnedFile[LearnedWaveform].sealed(document)
+    assert old.learned.learned() == example_waveform()
+    document["learned"]["level_over_temperature"] = {
+        "followed": 1.0,
+        "moved": 0.0,
+        "evidence": 0.0,
+        "nodes": [{"temperature_degc": t, "level": 1.0, "variance": 1.0} for t in (25.0, 20.0)],
+    }
+    with pytest.raises(ValueError, match="the temperatures must rise"):
+        LearnedFile[LearnedWaveform].sealed(document)

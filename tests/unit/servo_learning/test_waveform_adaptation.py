@@ -8,12 +8,15 @@ from waveform_examples import example_waveform
 
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.learning.level_over_temperature import LevelNode, LevelSchedule, level_at
 from servo_ctrl.learning.reversal_waveform import LoopModel
 from servo_ctrl.learning.waveform_adaptation import (
     GAIN,
     LEVEL_RANGE,
+    PATIENCE,
     AdaptationState,
     ProductionReversal,
+    at_temperature,
     corrected_by,
     next_state,
     scaled,
@@ -81,8 +84,13 @@ def test_a_change_that_makes_it_worse_is_taken_back_and_the_next_is_smaller() ->
 
 def test_another_acceleration_neither_judges_a_change_nor_makes_one_before_it_is_judged() -> None:
     first = next_state(AdaptationState(example_waveform()), LOOP, reversal(grown(0.2)))
-    other = next_state(first, LOOP, reversal(grown(0.9))._replace(acceleration_m_s2=0.3))
-    assert other == first
+    faster = reversal(grown(0.9))._replace(acceleration_m_s2=0.3)
+    other = next_state(first, LOOP, faster)
+    assert other == first._replace(waited=1)
+    for _ in range(PATIENCE):  # production has gone on to another acceleration: it learns there
+        other = next_state(other, LOOP, faster)
+    assert other.level > 1.3 * first.level
+    assert (other.acceleration_m_s2, other.waited) == (0.3, 0)
 
 
 def test_what_is_good_enough_is_left_alone_and_the_level_stays_within_its_bounds() -> None:
@@ -95,3 +103,31 @@ def test_what_is_good_enough_is_left_alone_and_the_level_stays_within_its_bounds
 def test_no_change_below_the_slowest_acceleration_that_was_learned() -> None:
     slow = reversal(grown(0.5))._replace(acceleration_m_s2=0.01)
     assert corrected_by(AdaptationState(example_waveform()), LOOP, slow)[0] == example_waveform()
+
+
+def test_with_a_temperature_a_small_change_is_one_of_friction_and_goes_into_the_table() -> None:
+    small = reversal(grown(0.04))
+    assert next_state(AdaptationState(example_waveform()), LOOP, small).level == 1.0
+    warm = next_state(AdaptationState(example_waveform()), LOOP, small._replace(temperature_degc=30.0))
+    assert warm.level == pytest.approx(1.0 + GAIN * 0.04, rel=0.15)
+    assert level_at(warm.schedule.nodes, 30.0) == pytest.approx(1.04, rel=0.01)
+
+
+def test_a_reversal_whose_correction_is_taken_back_is_not_in_the_table() -> None:
+    first = next_state(AdaptationState(example_waveform()), LOOP, reversal(grown(0.2)))
+    worse = next_state(first, LOOP, reversal(grown(0.3))._replace(temperature_degc=30.0))
+    assert worse.schedule == first.schedule
+
+
+def test_the_level_follows_the_temperature_within_its_bounds_and_a_correction_is_taken_back_there() -> None:
+    nodes = (LevelNode(20.0, 1.5, 0.1), LevelNode(40.0, 1.0, 0.1))
+    schedule = LevelSchedule(nodes, followed=1.0, evidence=0.05)
+    state = next_state(AdaptationState(example_waveform(), schedule=schedule), LOOP, reversal(grown(0.2)))
+    cold = at_temperature(state, 20.0, 60.0)
+    assert cold.level == pytest.approx(1.5 * state.level)
+    assert cold.learned == scaled(state.learned, cold.level / state.level)
+    undone = next_state(cold, LOOP, reversal(grown(0.3)))
+    assert undone.level == pytest.approx(1.5)
+    assert undone.learned.friction[:4] == pytest.approx([1.5 * n for n in example_waveform().friction[:4]])
+    assert at_temperature(state._replace(level=4.9), 20.0, 60.0).level == LEVEL_RANGE[1]
+    assert at_temperature(state, float("nan"), 60.0) is state

@@ -129,3 +129,10 @@ def test_a_machine_name_cannot_change_the_topic_level() -> None:
     topics = Topics("plant/hall 3", "X-Y #1/+ table\n")
     assert topics.state == "plant/hall 3/X-Y__1___table_/state"
     assert topics.reversal("x") == "plant/hall 3/X-Y__1___table_/axis/x/reversal"
+
+
+def test_a_temperature_is_published_where_there_is_one() -> None:
+    status = FakeCommandHandler(("x",)).status()
+    assert "temperature_degc" not in json.loads(state_payload(status, 0))["axis"]["x"]
+    warm = status._replace(axes=(status.axes[0]._replace(temperature_degc=23.44),))
+    assert json.loads(state_payload(warm, 0))["axis"]["x"]["temperature_degc"] == 23.4
