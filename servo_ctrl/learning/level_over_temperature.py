@@ -9,8 +9,8 @@ with hat functions s and variances v relative to that of one measurement: recurs
 forgetting L (Ljung 1999, section 11.2) whose covariance is kept diagonal. Where friction departs by more than
 `JUMP` from what is known, something else has changed: all nodes move.
 
-Between reversals the level in use follows the *ratio* of the table, by `RATE_1_S` at most. A sensor that
-sticks changes nothing so. The table acts once it has predicted better than a constant level:
+Between reversals the level in use follows the *ratio* of the table, by `RATE_1_S` at most, so that a
+sensor that sticks changes nothing. The table acts once it has predicted better than a constant level:
 
     E = F E + c^2 - (c - d)^2
 
@@ -43,6 +43,8 @@ CHANGE_MAX = 0.2
 """Bound of |c| and |d|: one reversal alone convinces of nothing; chosen."""
 RATE_1_S = 0.02
 """Largest relative change of the level in use, per second; chosen: far above that of a warm-up."""
+FOLLOW_MIN = 0.005
+"""Change of ln level below which it stands still; chosen: less than reversals scatter."""
 
 
 class LevelNode(NamedTuple):
@@ -111,10 +113,11 @@ def followed(
 ) -> tuple[LevelSchedule, float]:
     """Schedule after `elapsed_s` at a temperature, and the factor on the level in use.
 
-    The factor is 1 while the schedule stands still: it does not act, or there is no temperature (NaN).
+    The factor is 1 while the schedule stands still: it does not act, there is no temperature (NaN), or the
+    table has changed by less than `FOLLOW_MIN`.
     """
     wanted = level_at(schedule.nodes, temperature_degc) / schedule.followed
-    if not schedule.acts or not 0.0 < wanted < math.inf:
+    if not schedule.acts or not 0.0 < wanted < math.inf or abs(math.log(wanted)) < FOLLOW_MIN:
         return schedule, 1.0
     bound = RATE_1_S * elapsed_s
     step = min(max(math.log(wanted), -bound), bound)

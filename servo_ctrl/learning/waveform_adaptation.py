@@ -21,12 +21,12 @@ from kernels.arrays import Array
 from servo_ctrl.learning.level_over_temperature import LevelSchedule, followed, learned_at
 from servo_ctrl.learning.reversal_waveform import (
     FILTER_HZ,
-    SLOPES,
     LoopModel,
     WaveformLearned,
     corrected,
     missing_force_n,
 )
+from servo_ctrl.learning.waveform_level import at_level, scaled
 
 GAIN = 0.7
 """Gain of a correction by one reversal; the same as between strokes."""
@@ -105,7 +105,9 @@ def next_state(state: AdaptationState, loop: LoopModel, reversal: ProductionReve
     )
 
 
-def at_temperature(state: AdaptationState, temperature_degc: float, elapsed_s: float) -> AdaptationState:
+def at_temperature(
+    state: AdaptationState, loop: LoopModel, temperature_degc: float, elapsed_s: float
+) -> AdaptationState:
     """State after `elapsed_s` at a temperature, which the level follows; NaN: it stands still."""
     schedule, factor = followed(state.schedule, temperature_degc, elapsed_s)
     level = float(np.clip(state.level * factor, *LEVEL_RANGE))
@@ -113,9 +115,9 @@ def at_temperature(state: AdaptationState, temperature_degc: float, elapsed_s: f
         return state
     share = level / state.level
     return state._replace(
-        learned=scaled(state.learned, share),
+        learned=at_level(state.learned, loop, share),
         level=level,
-        before=None if state.before is None else scaled(state.before, share),
+        before=None if state.before is None else at_level(state.before, loop, share),
         level_before=state.level_before * share,
         schedule=schedule,
     )
@@ -204,13 +206,6 @@ def _friction_growth(
     norm_n2 = float(change_n @ change_n)
     share = float(missing_n @ change_n) / norm_n2 if norm_n2 > 0.0 else 0.0
     return share, share * change_n
-
-
-def scaled(learned: WaveformLearned, share: float) -> WaveformLearned:
-    """Scale levels and waveforms by a factor; the slopes over the motion are unchanged."""
-    levels = tuple(level * share for level in learned.friction[:-SLOPES])
-    waves = tuple(tuple(force * share for force in wave) for wave in learned.waves_n)
-    return learned._replace(friction=(*levels, *learned.friction[-SLOPES:]), waves_n=waves)
 
 
 def _with_missing(

@@ -74,7 +74,7 @@ def part(feed_m_s: float, period_s: float) -> tuple[Array, list[int]]:
     """Return the commands (n, 4) of `REVERSALS` half turns from rest to rest, and the reversals' samples."""
     speed_rad_s = feed_m_s / RADIUS_M
     total_s = REVERSALS * math.pi / speed_rad_s + RAMP_S
-    time_s = np.arange(round(total_s / period_s) + 1) * period_s
+    time_s = np.arange(round(total_s / period_s) + 1, dtype=np.float64) * period_s
     up, down = _ramp(time_s), _ramp(time_s - (total_s - RAMP_S))
     angle, rate, change = (speed_rad_s * (first - last) for first, last in zip(up, down, strict=True))
     commands = np.zeros((len(time_s), 4))
@@ -143,11 +143,13 @@ class _Day:
     def produce_part(self, index: int) -> list[float]:
         """Return J (m) of the reversals of a part; feeds alternate."""
         commands, starts = self._parts[index % len(self._parts)]
-        errors_m, first = [], 0
+        errors_m: list[float] = []
+        first = 0
         for start in starts:
             end = start + self._window
             error_m = self._moved(commands[first:end])[-self._window :]
-            first, errors_m = end, [*errors_m, evaluation_m(error_m)]
+            first = end
+            errors_m.append(evaluation_m(error_m))
             direction = float(np.sign(commands[start, 0] - commands[start - 1, 0]))
             a_m_s2 = abs(float(commands[start, 2]))
             degc = self._temperature.degc
@@ -179,4 +181,4 @@ class _Day:
         degc = self._thermometer(self.now_s, float(self._warmth["temperature_rise_k"]))
         self._temperature = after_reading(self._temperature, degc)
         if self._adapts:
-            self._state = at_temperature(self._state, self._temperature.degc, elapsed_s)
+            self._state = at_temperature(self._state, self._loop, self._temperature.degc, elapsed_s)

@@ -13,7 +13,7 @@ from servo_ctrl.daemon.run import temperatures
 from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import WaveformStore
-from servo_ctrl.learning.level_over_temperature import LevelNode, LevelSchedule
+from servo_ctrl.learning.level_over_temperature import FOLLOW_MIN, LevelNode, LevelSchedule
 
 SOURCE = """
 [axis.x.temperature]
@@ -62,11 +62,12 @@ async def test_a_cold_axis_has_its_friction_before_the_first_reversal(
     stored = WaveformStore(machine.source.parent / "learned", machine).active("x")
     assert stored is not None
     assert stored.version == 2
-    assert stored.conditions["friction_level"] == pytest.approx(1.15, rel=1e-3)
+    assert stored.conditions["friction_level"] == pytest.approx(1.15, rel=FOLLOW_MIN)
     ratio = stored.learned.friction[0] / example_waveform().friction[0]
-    assert ratio == pytest.approx(1.15, rel=1e-3)
-    assert stored.learned.schedule.nodes[0].level == pytest.approx(1.0, rel=1e-3)  # of what is stored
-    assert stored.learned.schedule.followed == pytest.approx(1.0, rel=1e-3)
+    assert ratio == pytest.approx(stored.conditions["friction_level"])
+    schedule = stored.learned.schedule  # relative to what is stored
+    assert schedule.followed == pytest.approx(1.0)
+    assert schedule.nodes[0].level == pytest.approx(1.0, rel=FOLLOW_MIN)
 
 
 @pytest.mark.parametrize(

@@ -59,27 +59,34 @@ class WaveformAdaptation:
             report.acceleration_m_s2, trace_m, report.error_mean_m, axis.temperature.degc
         )
 
+        self._evaluate(index, learned, partial(next_state, state, loop, reversal))
+
+    def warmed(self, name: str, temperature: TemperatureInput, elapsed_s: float) -> None:
+        """Let the level of an axis follow its temperature; it stands still during an evaluation."""
+        index = next(place for place, axis in enumerate(self._axes) if axis.name == name)
+        axis, loop = self._axes[index], self._loops[index]
+        axis.temperature, learned = temperature, axis.learned
+        if not self._on() or self._busy or loop is None or learned is None or not axis.acts:
+            return
+        state = self._state(index, learned)
+        if state.schedule.acts:
+            work = partial(at_temperature, state, loop, temperature.degc, elapsed_s)
+            self._evaluate(index, learned, work)
+
+    def _evaluate(self, index: int, learned: WaveformLearned, work: Callable[[], AdaptationState]) -> None:
+        """Have the worker compute the next state of an axis whose waveform in use is `learned`."""
+
         def then(after: AdaptationState) -> None:
             self._busy = False
-            if axis.learned is not learned:  # another waveform came into use meanwhile
-                return
-            self._take_over(index, after)
+            if self._axes[index].learned is learned:  # else another waveform came into use meanwhile
+                self._take_over(index, after)
 
         def failed(reason: str) -> None:
             self._busy = False
             self._note(reason)
 
         self._busy = True
-        self._worker.do(partial(next_state, state, loop, reversal), then, failed)
-
-    def warmed(self, name: str, temperature: TemperatureInput, elapsed_s: float) -> None:
-        """Let the level of an axis follow its temperature; it stands still during an evaluation."""
-        index = next(place for place, axis in enumerate(self._axes) if axis.name == name)
-        axis = self._axes[index]
-        axis.temperature, learned = temperature, axis.learned
-        if self._on() and not self._busy and learned is not None and axis.acts:
-            state = self._state(index, learned)
-            self._take_over(index, at_temperature(state, temperature.degc, elapsed_s))
+        self._worker.do(work, then, failed)
 
     def _state(self, index: int, learned: WaveformLearned) -> AdaptationState:
         """Return the state of an axis; a new one if the waveform was learned again or rolled back."""

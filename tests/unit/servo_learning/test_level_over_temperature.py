@@ -8,6 +8,7 @@ import pytest
 from servo_ctrl.learning.level_over_temperature import (
     EVIDENCE,
     EVIDENCE_MAX,
+    FOLLOW_MIN,
     FORGETTING,
     RANGE_DEGC,
     RATE_1_S,
@@ -70,12 +71,13 @@ def test_a_change_beyond_what_temperature_explains_moves_every_node() -> None:
 
 def test_the_level_in_use_follows_the_ratio_of_the_table_by_a_bounded_rate() -> None:
     schedule, level, took_s = WARM, 2.0, 0
-    while schedule.followed < 1.2 - 1e-9:
+    while schedule.followed < 1.2 / (1.0 + FOLLOW_MIN):
         schedule, factor = followed(schedule, 20.0, 1.0)
         level, took_s = level * factor, took_s + 1
         assert factor <= math.exp(RATE_1_S) + 1e-12
     assert level == pytest.approx(2.0 * 1.2 / 0.9)
     assert took_s == math.ceil(math.log(1.2 / 0.9) / RATE_1_S)
+    assert followed(schedule, 20.1, 1.0) == (schedule, 1.0)  # too little
     assert schedule.moved == pytest.approx(math.log(1.2 / 0.9))
     assert followed(schedule, 20.0, 1.0)[1] == pytest.approx(1.0)
 

@@ -19,8 +19,8 @@ from servo_ctrl.learning.waveform_adaptation import (
     at_temperature,
     corrected_by,
     next_state,
-    scaled,
 )
+from servo_ctrl.learning.waveform_level import at_level, scaled
 
 LOOP = waveform_settings(load_machine(Path(__file__).parents[3] / "machines" / "xy_table"), "x").loop
 AT = 0.1
@@ -123,11 +123,11 @@ def test_the_level_follows_the_temperature_within_its_bounds_and_a_correction_is
     nodes = (LevelNode(20.0, 1.5, 0.1), LevelNode(40.0, 1.0, 0.1))
     schedule = LevelSchedule(nodes, followed=1.0, evidence=0.05)
     state = next_state(AdaptationState(example_waveform(), schedule=schedule), LOOP, reversal(grown(0.2)))
-    cold = at_temperature(state, 20.0, 60.0)
+    cold = at_temperature(state, LOOP, 20.0, 60.0)
     assert cold.level == pytest.approx(1.5 * state.level)
-    assert cold.learned == scaled(state.learned, cold.level / state.level)
+    assert cold.learned == at_level(state.learned, LOOP, cold.level / state.level)
     undone = next_state(cold, LOOP, reversal(grown(0.3)))
     assert undone.level == pytest.approx(1.5)
     assert undone.learned.friction[:4] == pytest.approx([1.5 * n for n in example_waveform().friction[:4]])
-    assert at_temperature(state._replace(level=4.9), 20.0, 60.0).level == LEVEL_RANGE[1]
-    assert at_temperature(state, float("nan"), 60.0) is state
+    assert at_temperature(state._replace(level=4.9), LOOP, 20.0, 60.0).level == LEVEL_RANGE[1]
+    assert at_temperature(state, LOOP, float("nan"), 60.0) is state
