@@ -12,17 +12,12 @@ from reconcile.catalogue.kinds import OWN, SHARED, RegressionData, ResidualChann
 from reconcile.catalogue.registry import ENTRIES, family, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import columns_of, term
+from reconcile.regression.blocks import blocks_of
 from reconcile.regression.candidate_term import CandidateTerm, TermKey
 from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.regression_data import low_pass_of, samples_in_use, stride, target_and_baseline
 from reconcile.regression.resolution import settled_travel_m
 
-BLOCK_S = 0.5
-"""Length of a block, s, unless the recordings give fewer than FEWEST_BLOCKS."""
-FEWEST_BLOCKS = 80
-"""Blocks that short recordings are divided into at least, so that cross-validation has its folds."""
-MOST_BLOCKS = 400
-"""Blocks of long recordings at most: each has the products of all columns, 130 MB for this number."""
 BASELINE_PARAMETERS = {
     ResidualChannel.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"],
     ResidualChannel.POSITION_DEVIATION: ["origin_m", "delay_s"],
@@ -123,7 +118,7 @@ def regression_problem(
     """
     terms = _terms(datasets, channel, extra, only=only)
     used = [samples_in_use(data, channel) for data in datasets]
-    block_of, recording_of_block = _blocks(datasets)
+    block_of, recording_of_block = blocks_of(datasets, used)
     free = [name in FREE_IN_EACH_RECORDING for name in BASELINE_PARAMETERS[channel]]
     place, candidates = len(free), []
     for effect, shape, _, width in terms:
@@ -227,17 +222,3 @@ def _per_recording(effect: str, width: int, channel: ResidualChannel, recordings
     if has_levels(effect, width):
         return OWN
     return SHARED if recordings == 1 or of is None else of.per_recording
-
-
-def _blocks(datasets: Sequence[RegressionData]) -> tuple[list[Index], Index]:
-    """Block of each sample, (n,) by recording and numbered throughout, and the recording of each block."""
-    total_s = sum(len(data.time_s) * data.period_s for data in datasets)
-    length_s = max(min(BLOCK_S, total_s / FEWEST_BLOCKS), total_s / MOST_BLOCKS)
-    block_of, recordings, first = [], [], 0
-    for index, data in enumerate(datasets):
-        n = len(data.time_s)
-        count = max(round(n * data.period_s / length_s), 1)
-        block_of.append(first + np.arange(n) * count // n)
-        recordings += [index] * count
-        first += count
-    return block_of, np.array(recordings)
