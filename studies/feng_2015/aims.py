@@ -6,6 +6,9 @@ All figures are from the committed JSON of the studies; nothing is measured here
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from studies.feng_2015.waveform_rests_tables import reductions, worse_um
 from studies.feng_2015.waveform_study import WAVEFORM
 from studies.feng_2015.waveform_tables import STUDY_LABELS
 from studies.markdown_table import markdown_table
@@ -15,6 +18,7 @@ CONTOUR_PEAK_UM = 1.0
 STROKES = 60
 RECOVERY_REVERSALS = 20
 STUDY_WALL_S = 300.0
+WORSE_UM = 0.1
 """The aims."""
 Rows = Sequence[dict[str, Any]]
 
@@ -53,13 +57,18 @@ def at_rest(positioning: dict[str, Any], fuzzy_pd: dict[str, Any]) -> list[Posit
 
 
 def aims(
-    waveforms: dict[str, Any], recovery: dict[str, Any], study: dict[str, Any], positions: list[Positions]
+    waveforms: dict[str, Any],
+    rests: dict[str, Any],
+    recovery: dict[str, Any],
+    study: dict[str, Any],
+    positions: list[Positions],
 ) -> str:
     """Return the table."""
     found = [
         *_over_the_bus(study),
         *_motions(waveforms),
         *_robust(waveforms),
+        *behind_rests(rests),
         *_recovery(recovery),
         *map(within_aim, positions),
     ]
@@ -118,6 +127,20 @@ def _on(name: str, rows: Rows) -> Iterator[Aim]:
     yield _reduction(f"{name}: motions of the study", _least([r for r in rows if r["label"] in STUDY_LABELS]))
     unseen = [row for row in rows if row["label"] not in STUDY_LABELS]
     yield _reduction(f"{name}: motions that no learning saw", _least(unseen))
+
+
+def behind_rests(rests: dict[str, Any]) -> Iterator[Aim]:
+    """Yield the aims of starts behind rests of up to a minute."""
+    for kind, percent in reductions(rests):
+        within = int((percent >= REDUCTION_PERCENT).sum())
+        figure = f"{within} of {len(percent)}, median {np.median(percent):.1f} %, worst {percent.min():.1f} %"
+        text = f"start {kind}, after a rest of up to 60 s: {REDUCTION_PERCENT:.0f} % less"
+        yield Aim(text, figure, within == len(percent))
+    more_um = worse_um(rests)
+    worse = int((more_um > WORSE_UM).sum())
+    figure = f"{worse} of {len(more_um)} by more than {WORSE_UM:g} um, worst {more_um.max():.2f} um"
+    text = "where rests add no friction, no start has a larger peak with learned rests"
+    yield Aim(text, figure, worse == 0)
 
 
 def _recovery(recovery: dict[str, Any]) -> Iterator[Aim]:

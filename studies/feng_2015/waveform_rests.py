@@ -8,6 +8,7 @@ in the batch twin: without compensation, with LWC, and with LWC that knows rests
 """
 
 import argparse
+import json
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,13 +18,12 @@ import numpy as np
 
 from hil_sim.config import AxisPlant, PlantConfig
 from hil_sim.physics.friction import dwell_dependent_breakaway
-from kernels.arrays import Array
-from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.config.kernel_params import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.learning.performance import evaluation_m, window_samples
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.learning.performance import window_samples
 from servo_ctrl.learning.rest_strokes import moves_behind_rests
 from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
@@ -89,7 +89,7 @@ def with_growth(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:
 
 def judged(
     machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams, starts: list[Start]
-) -> list[dict[str, float]]:
+) -> dict[str, list[float]]:
     """Return mean, peak and RMS of the error over Tm behind each rest, micrometres."""
     steps: list[Step] = [starts[0].move]
     for rest_s, move in starts[1:]:
@@ -99,40 +99,38 @@ def judged(
     reference = motion(machine, axis, [*steps, Dwell("end", window * period_s)])
     begins = moves_behind_rests(reference[:, 0], REST_S[0], period_s)[1 - len(starts) :]
     error_m = twin_axis(machine, plant, axis, params).rollout.rows(reference)["position_error_m"]
-    return [_indicators_um(np.asarray(error_m[begin : begin + window])) for begin in begins]
-
-
-def _indicators_um(error_m: Array) -> dict[str, float]:
-    rms_m = float(np.sqrt(np.mean(error_m**2)))
-    indicators = {"mean": evaluation_m(error_m), "peak": float(np.abs(error_m).max()), "rms": rms_m}
-    return {name: value / UM for name, value in indicators.items()}
+    parts_um = np.array([error_m[begin : begin + window] for begin in begins]) / UM
+    return {
+        "mean_um": np.abs(parts_um).mean(axis=1).tolist(),
+        "peak_um": np.abs(parts_um).max(axis=1).tolist(),
+        "rms_um": np.sqrt((parts_um**2).mean(axis=1)).tolist(),
+    }
 
 
 def measured(
     machine: MachineConfig, plant: PlantConfig, axis: str, rng: np.random.Generator
 ) -> dict[str, Any]:
-    """Learn on an axis, and judge the starts."""
+    """Learn on an axis, and judge the starts behind rests."""
     learned = learn_waveforms(machine, plant, axis).learned
     plain = axis_params(machine, axis)
     variants = (plain, with_learned(plain, learned._replace(rests=())), with_learned(plain, learned))
     starts = list(random_starts(machine, axis, rng))
-    found = [judged(machine, plant, axis, params, starts) for params in variants]
-    rows, ends_m = [], [0.0, *(_end_m(start) for start in starts)]
-    ways_m = np.diff(ends_m)
-    for place, start in enumerate(starts[1:], 1):
-        turned = bool(ways_m[place] * ways_m[place - 1] < 0.0)
-        row: dict[str, Any] = {"rest_s": start.rest_s, "turned": turned}
-        row["acceleration_mm_s2"] = start.move.acceleration_m_s2 / MM
-        row |= {name: values[place - 1] for name, values in zip(VARIANTS, found, strict=True)}
-        rows.append(row)
+    ways_m = np.diff([0.0, *(np.nansum(start.move.to_m) for start in starts)])
     drawn = {}
     if (growth := plant.axes[axis].effects.get("dwell_dependent_breakaway")) is not None:
         drawn = {"growth_n": growth.growth_n, "time_s": growth.time_s, "way_um": growth.way_m / UM}
-    return {"axis": axis, **drawn, "strokes": learned.strokes, "starts": rows}
-
-
-def _end_m(start: Start) -> float:
-    return next(end_m for end_m in start.move.to_m if not np.isnan(end_m))
+    return {
+        "axis": axis,
+        **drawn,
+        "strokes": learned.strokes,
+        "rest_s": [start.rest_s for start in starts[1:]],
+        "turned": (ways_m[1:] * ways_m[:-1] < 0.0).tolist(),
+        "acceleration_mm_s2": [start.move.acceleration_m_s2 / MM for start in starts[1:]],
+        **{
+            name: judged(machine, plant, axis, params, starts)
+            for name, params in zip(VARIANTS, variants, strict=True)
+        },
+    }
 
 
 def study(tables: int, seed: int) -> dict[str, Any]:
@@ -141,7 +139,7 @@ def study(tables: int, seed: int) -> dict[str, Any]:
     learning = machine.learning.model_copy(update={"rests_s": list(RESTS_S)})
     machine = machine.model_copy(update={"learning": learning})
     conditions = list(random_tables(machine, plant, tables, seed))
-    figures: dict[str, Any] = {"seed": seed, "made": "batch twin", "rests_s": RESTS_S}
+    figures: dict[str, Any] = {"seed": seed, "made": "batch twin", "rests_s": RESTS_S, "variants": VARIANTS}
     for key, grows in (("growing", True), ("constant", False)):
         rng = np.random.default_rng(seed)
         plants = [with_growth(entry.plant, rng) if grows else entry.plant for entry in conditions]
@@ -162,7 +160,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--json", type=Path, required=True)
     options = parser.parse_args()
-    write_figures(options.json, rounded(study(options.tables, options.seed)))
+    figures = rounded(study(options.tables, options.seed))
+    write_text_whole(options.json, json.dumps(figures, separators=(",", ":")) + "\n")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from studies.feng_2015.aims import at_rest, recovered, within_aim
+from studies.feng_2015.aims import at_rest, behind_rests, recovered, within_aim
 
 
 def course(adapted_um: list[float]) -> dict[str, Any]:
@@ -45,3 +45,23 @@ def test_an_aim_of_all_machines_is_missed_by_one() -> None:
         "1 of 1, worst 0.10 um",
     ]
     assert [aim.met for aim in found] == [False, True, True]
+
+
+def test_starts_behind_rests_are_held_against_their_aims() -> None:
+    """Two starts that go on, 95 and 85 % less, and one that turns, 92 % less by its worst indicator."""
+
+    def axis(learned_um: list[float]) -> dict[str, Any]:
+        plain = {key: [2.0, 2.0, 2.0] for key in ("mean_um", "peak_um", "rms_um")}
+        return {
+            "rest_s": [0.1, 5.0, 40.0],
+            "turned": [False, False, True],
+            "without": {key: [10.0, 10.0, 10.0] for key in plain},
+            "LWC": plain,
+            "rests": {**plain, "mean_um": [0.5, 0.5, 0.1], "peak_um": learned_um, "rms_um": [0.5, 0.5, 0.5]},
+        }
+
+    rests = {"variants": ["without", "LWC", "rests"], "growing": [axis([0.5, 1.5, 0.8])]}
+    on, against, worse = behind_rests({**rests, "constant": [axis([2.05, 0.5, 2.3])]})
+    assert (on.figure, on.met) == ("1 of 2, median 90.0 %, worst 85.0 %", False)
+    assert (against.figure, against.met) == ("1 of 1, median 92.0 %, worst 92.0 %", True)
+    assert (worse.figure, worse.met) == ("1 of 3 by more than 0.1 um, worst 0.30 um", False)
