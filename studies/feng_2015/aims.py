@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from studies.feng_2015 import temperature_tables
 from studies.feng_2015.waveform_rests_tables import reductions, worse_um
 from studies.feng_2015.waveform_study import WAVEFORM
 from studies.feng_2015.waveform_tables import STUDY_LABELS
@@ -60,6 +61,7 @@ def aims(
     waveforms: dict[str, Any],
     rests: dict[str, Any],
     recovery: dict[str, Any],
+    temperature: dict[str, Any],
     study: dict[str, Any],
     positions: list[Positions],
 ) -> str:
@@ -70,6 +72,7 @@ def aims(
         *_robust(waveforms),
         *behind_rests(rests),
         *_recovery(recovery),
+        *(Aim(*aim) for aim in temperature_tables.aims(temperature)),
         *map(within_aim, positions),
     ]
     rows = [[aim.text, aim.figure, "met" if aim.met else "**missed**"] for aim in found]

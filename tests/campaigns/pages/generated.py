@@ -12,7 +12,13 @@ from hil_sim.config import effect_tables
 from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
-from studies.feng_2015 import aims, study_tables, waveform_rests_tables, waveform_tables
+from studies.feng_2015 import (
+    aims,
+    study_tables,
+    temperature_tables,
+    waveform_rests_tables,
+    waveform_tables,
+)
 from studies.koren_1991 import contour_tables
 from studies.wang_2014 import random_table
 from studies.xia_fuzzy_pd import random_figures
@@ -22,8 +28,10 @@ from tests.campaigns.pages import claims, dependencies, drive_objects, families,
 ROOT = Path(__file__).parents[3]
 BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals", "_kept_out"))
 """Scored cases, training cases, what rivals said of both, and cases of families that are kept out."""
-FRICTION = tuple(f"docs/friction_{end}.json" for end in ("study", "drift", "waveforms", "recovery", "rests"))
-"""Figures of the study over the bus, production that drifts, waveforms and rivals, recovery, and rests."""
+FRICTION = tuple(
+    f"docs/friction_{end}.json" for end in ("study", "drift", "waveforms", "recovery", "rests", "temperature")
+)
+"""Figures of the study over the bus, production that drifts, waveforms, recovery, rests, and warming."""
 POSITIONING, FUZZY_PD = "docs/positioning_random.json", "docs/fuzzy_pd_random.json"
 
 
@@ -73,10 +81,10 @@ def _positioning(document: str) -> str:
 
 
 def _friction(document: str) -> str:
-    study, drift, waveforms, recovery, rests = (_figures(source) for source in FRICTION)
+    study, drift, waveforms, recovery, rests, temperature = (_figures(source) for source in FRICTION)
     positions = aims.at_rest(_figures(POSITIONING), _figures(FUZZY_PD))
     texts = {
-        "aims": aims.aims(waveforms, rests, recovery, study, positions),
+        "aims": aims.aims(waveforms, rests, recovery, temperature, study, positions),
         "errors": study_tables.errors(study),
         "reductions": study_tables.reductions(study),
         "learning": study_tables.learning(study),
@@ -86,6 +94,7 @@ def _friction(document: str) -> str:
         "starts behind rests": waveform_rests_tables.by_rest(rests),
         "rivals": waveform_tables.by_rival(waveforms),
         "drift": study_tables.drift(drift),
+        "temperature": temperature_tables.by_course(temperature),
     }
     for mark, text in texts.items():
         document = between(document, mark, text)
