@@ -46,6 +46,8 @@ class RegressionData(NamedTuple):
     """The model's force without friction and rotor, which the drive train transmits."""
     rotary: bool = False
     """The coordinate is an angle: 1 m stands for 1 rad."""
+    recorded_force_n: Array | None = None
+    """The measured force on the grid of its sensor, where `force_n` has more than that."""
     spring: ShapeParameters = ()
     """Antiresonance (Hz) and damping ratio of the load on a spring behind the motor; empty: rigid."""
 

@@ -10,6 +10,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.residual import rms_between
+from reconcile.regression.resolution import force_step_n
 from reconcile.sensing.channel import quantum
 
 NOISE_RATIO = 1.5
@@ -120,7 +121,7 @@ def _rounding(problem: RegressionProblem) -> float:
     """RMS of the sensors' quantisation, N or m, unfiltered: in slow motion the filter does not reduce it."""
     datasets = problem.datasets
     if problem.channel is ResidualChannel.FORCE:
-        steps = [max(quantum(data.force_n) for data in datasets)]
+        steps = [max(map(force_step_n, datasets))]
     else:
         scales = [data.scale_m for data in datasets if data.scale_m is not None]
         steps = [max(map(quantum, of)) for of in ([data.motion.position_m for data in datasets], scales)]

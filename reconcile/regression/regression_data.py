@@ -70,6 +70,7 @@ def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
         time_s=recording.time_s - recording.time_s[0],
         motion=motion,
         force_n=force_n,
+        recorded_force_n=None if force_n is recording.force_n else recording.force_n,
         model_force_n=force_n,
         lead_m=axis.lead_m,
         motor_mass_kg=axis.motor_mass_kg,

@@ -9,7 +9,7 @@ Sources: Welch (1967), averaged segments; Widrow and Kollar (2008), quantisation
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.recording.kinematics import gaussian_width_s
 from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ, LOWERED_CORNERS_HZ
 from reconcile.regression.residual import Residual
+from reconcile.regression.resolution import force_step_n
 from reconcile.regression.state_filter import ORDER
 from reconcile.regression.whiteness import LAGS, Whiteness
 from reconcile.sensing.channel import quantum
@@ -143,16 +144,16 @@ def _unit_spectra(
 def _quantisation_densities(residuals: Sequence[Residual], channel: ResidualChannel) -> Array:
     """Densities of the quantisation noise: of the channel and of the position, (2,)."""
     datasets = [residual.data for residual in residuals]
-    motor = _quantisation_variance([data.motion.position_m for data in datasets])
+    motor = _quantisation_variance(quantum(data.motion.position_m) for data in datasets)
     density = 2.0 * datasets[0].period_s
     if channel is ResidualChannel.FORCE:
-        return density * np.array([_quantisation_variance([data.force_n for data in datasets]), motor])
-    scale = _quantisation_variance([data.scale_m for data in datasets if data.scale_m is not None])
+        return density * np.array([_quantisation_variance(map(force_step_n, datasets)), motor])
+    scale = _quantisation_variance(quantum(data.scale_m) for data in datasets if data.scale_m is not None)
     return density * np.array([motor + scale, 0.0])
 
 
-def _quantisation_variance(channels: Sequence[Array]) -> float:
-    return max((quantum(of) ** 2 / 12.0 for of in channels), default=0.0)
+def _quantisation_variance(steps: Iterable[float]) -> float:
+    return max((step**2 / 12.0 for step in steps), default=0.0)
 
 
 def _levels(

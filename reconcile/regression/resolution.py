@@ -1,4 +1,4 @@
-"""Resolution of a recording in distance: what the state filter still sees around a reversal."""
+"""Resolution of a recording: in distance, what the state filter still sees around a reversal; in force."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ from scipy.ndimage import minimum_filter1d
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
+from reconcile.sensing.channel import quantum
 
 REVERSAL_SPREAD_S = 4e-3
 """Time over which the filters spread a reversal, s."""
@@ -25,6 +26,11 @@ def settled_travel_m(data: RegressionData) -> Array:
     length = max(round(SETTLED_S / data.period_s), 1)
     found: Array = minimum_filter1d(distance_m, length + 1, origin=length // 2)
     return found
+
+
+def force_step_n(data: RegressionData) -> float:
+    """Step of the measured force, N; 0 where it has none."""
+    return quantum(data.force_n if data.recorded_force_n is None else data.recorded_force_n)
 
 
 def reversal_travel_m(datasets: Sequence[RegressionData]) -> float:

@@ -13,6 +13,7 @@ from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import regression_problem
+from reconcile.regression.resolution import force_step_n
 from reconcile.regression.set_point_jumps import force_without_teeth_n, missing_share
 from reconcile.replay.along_reference import along_reference
 
@@ -82,6 +83,14 @@ def test_the_mass_is_the_true_one_without_the_teeth_and_too_small_with_them(
     with_teeth_kg = mass_kg(recording._replace(mode="cst"), axis)
     share = missing_share(T, axis.drive_loops.current_lag_s)
     assert axis.mass_kg - with_teeth_kg == pytest.approx(share * 9000.0 * T, rel=0.15)
+
+
+def test_the_step_of_the_force_is_that_of_the_recording(run: tuple[AxisRecording, Path]) -> None:
+    recording, plant = run
+    axis, step_n = load_model(plant).axes["x"], 0.5
+    rounded = recording._replace(force_n=np.round(recording.force_n / step_n) * step_n)
+    for one in (rounded, rounded._replace(mode="cst")):
+        assert force_step_n(regression_data(one, axis)) == pytest.approx(step_n)
 
 
 def test_other_modes_means_and_unknown_gains_are_as_recorded(run: tuple[AxisRecording, Path]) -> None:
