@@ -23,7 +23,8 @@ class Stroke(NamedTuple):
     """One sine motion that learning requests: radius R from the settings, reverse acceleration and pulse."""
 
     stage: str
-    """Purpose: "interval", "duration", "coarse", "fine", "search", "trailing", "check"."""
+    """Purpose: "interval", "duration", "coarse", "fine", "search", "trailing", "check"; of
+    waveforms: "identify", "waveform", "rest", "check"."""
     acceleration_m_s2: float
     pulse: Pulse
     rest_s: float = 0.0

@@ -1,6 +1,6 @@
 """Learned waveform compensation (LWC): friction force that is commanded before the reversal (ours).
 
-    f(t) = clip(F(t + L) + s w(t - t1; a)) + clip(b v* + c a* + g j*)
+    f(t) = clip(F(t + L) + s w(t - t1; a) + r) + clip(b v* + c a* + g j*)
 
 t1 is the reversal, s the new direction, a the reverse acceleration, L the dead time of bus and amplifier.
 F is presliding friction of the *commanded* motion, the sum of W_i D_i. Each D_i relaxes to the direction of
@@ -18,6 +18,8 @@ Where the axis turns before all has slipped, the friction of the new branch begi
 where a loop closes it goes on as if the loop had not been (Masing 1926). So what w had come to at a reversal
 is held until its loop closes. Before a reversal w fades out below the learned accelerations; above them it is
 held.
+
+r is what a rest of the command has added to friction, as far as it has been learned (`control.rest_memory`).
 
 `control.reversal_forecast` predicts the reversal from the command alone.
 

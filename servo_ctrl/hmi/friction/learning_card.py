@@ -42,6 +42,7 @@ STAGES = {
     "trailing": word("second trapezoid"),
     "identify": word("friction without compensation"),
     "waveform": word("force around the reversals"),
+    "rest": word("force behind rests"),
     "travel": word("travelling along the screw"),
     "check": word("verifying the result"),
 }
