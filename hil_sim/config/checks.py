@@ -1,7 +1,7 @@
 """Checks across sections of a plant file: required and exclusive sections, stiffness against the substep."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from hil_sim.config.model import AxisPlant
@@ -16,9 +16,8 @@ CONTACTS = of_kind(Kind.PRESLIDING)
 
 def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     """Yield every (section, reason) for which an axis cannot be simulated with substeps of `dt_s` (s)."""
-    effects, table_kg = axis.effects, axis.table.mass_kg
-    coupled_kg = 0.0 if "drive_compliance" in effects else axis.motor_mass_kg
-    context = AxisContext(effects=effects, moved_kg=table_kg + coupled_kg, dt_s=dt_s)
+    effects = axis.effects
+    context = AxisContext(effects=effects, moved_kg=_felt_mass_kg(axis), dt_s=dt_s)
     yield from _missing_or_exclusive(axis)
     for name, effect in BY_SECTION.items():
         if name not in effects:
@@ -31,6 +30,31 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
             yield name, f"{key} ends at its first zero, but other values follow"
     yield from _current_loop(axis, dt_s)
     yield from _too_stiff(axis, context)
+
+
+def problems_between(axes: Mapping[str, AxisPlant]) -> Iterator[tuple[str, str, str]]:
+    """Yield (axis, section, reason) for couplings of two axes that no two bodies have."""
+    names = list(axes)
+    for name, axis in axes.items():
+        if "joint_coupling" not in axis.effects:
+            continue
+        coupling = axis.effects["joint_coupling"]
+        other = axes[names[int(coupling.other)]]
+        inner, outer = (other, axis) if coupling.outer > 0.0 else (axis, other)
+        for cosine in (-1.0, 1.0):
+            coupled_kg = coupling.inertia_kg + cosine * coupling.arm_kg
+            inner_kg = _felt_mass_kg(inner) + 2.0 * cosine * coupling.arm_kg
+            if not (inner_kg > 0.0 and coupled_kg**2 < inner_kg * _felt_mass_kg(outer)):
+                yield (
+                    name,
+                    "joint_coupling",
+                    "too large for the masses: their kinetic energy would be negative",
+                )
+
+
+def _felt_mass_kg(axis: AxisPlant) -> float:
+    """Mass that a force on the table accelerates, kg."""
+    return axis.table.mass_kg + (0.0 if "drive_compliance" in axis.effects else axis.motor_mass_kg)
 
 
 def _missing_or_exclusive(axis: AxisPlant) -> Iterator[tuple[str, str]]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hil_sim.config.checks import problems_of
+from hil_sim.config.checks import problems_between, problems_of
 from hil_sim.config.model import PlantConfig
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
@@ -73,6 +73,8 @@ def load_plant(path: Path) -> PlantConfig:
     for name, axis in config.axes.items():
         for section, reason in problems_of(axis, config.dt_s):
             raise ConfigError(file, f"axis.{name}.{section}", reason)
+    for name, section, reason in problems_between(config.axes):
+        raise ConfigError(file, f"axis.{name}.{section}", reason)
     return config
 
 

@@ -42,6 +42,14 @@ class Role(NamedTuple):
     """Functions that an effect has only with `State`; they advance it by `dt_s`."""
 
 
+class OtherAxis(NamedTuple):
+    """State of an effect that follows another axis: the motion of that axis one substep ago."""
+
+    position_m: float = 0.0
+    velocity_m_s: float = 0.0
+    acceleration_m_s2: float = 0.0
+
+
 _ERROR = (("error_m", "p s position_m turn_rad_m"),)
 _FORCE = (("force_n", "p position_m turn_rad_m"),)
 _HEAT_AND_WEAR = (("advance", "p s friction_w speed_m_s dt_s"),)
@@ -84,6 +92,10 @@ class Kind(Enum):
     CHANGE_WITH_POSITION = Role(
         "sums of dampings and masses, by the position",
         (("damping_n_s_m", "p position_m"), ("added_kg", "p position_m")),
+    )
+    FORCE_OF_OTHER_AXIS = Role(
+        "sums of forces on the table and of masses, by the motion of another axis",
+        (("force_n", "p s position_m velocity_m_s"), ("added_kg", "p s")),
     )
     MASS = Role("moved mass", (("added_kg", "p"),))
     FRICTION_LEVEL = Role("sum of friction levels", (("level_n", "p speed_m_s"),))

@@ -6,6 +6,7 @@ from hil_sim.physics.motor import winding
 from hil_sim.physics.sensor import encoder
 from hil_sim.plant import amplifier, readings, step
 from hil_sim.plant.measured_point import measured_point_m
+from hil_sim.plant.other_axes import any_force_of_another, see_other_axes
 from hil_sim.plant.presence import presence_of
 from kernels.jit import kernel
 
@@ -17,8 +18,14 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
     Position and velocity set points are interpolated linearly over the call. Nothing is random: equal
     arguments give equal bits for every caller.
     """
-    for axis in range(len(params)):
-        advance_axis(params[axis], state[axis], setpoint[axis], substeps, dt_s)
+    if any_force_of_another(params):
+        for index in range(substeps):
+            for axis in range(len(params)):
+                _advance_part(params[axis], state[axis], setpoint[axis], index, index + 1, substeps, dt_s)
+            see_other_axes(params, state, dt_s)
+    else:
+        for axis in range(len(params)):
+            advance_axis(params[axis], state[axis], setpoint[axis], substeps, dt_s)
     for axis in range(len(params)):
         p, s = params[axis], state[axis]
         if p.cross_axis_coupling.enabled:  # read again, with all positions of the same instant
@@ -29,10 +36,16 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
 
 @kernel
 def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
-    """Advance one axis like `advance`, without `cross_axis_coupling`.
+    """Advance one axis like `advance`; it sees no motion of the other axes.
 
     `p`, `s` and `sp` are its AXIS_PARAMS, AXIS_STATE and SETPOINT records.
     """
+    _advance_part(p, s, sp, 0, substeps, substeps, dt_s)
+
+
+@kernel
+def _advance_part(p: Any, s: Any, sp: Any, first: int, end: int, substeps: int, dt_s: float) -> None:
+    """Advance one axis by the substeps from `first` to before `end` of a call of `substeps`."""
     force_constant_n_a = p.mechanics.force_constant_n_a
     resolution_m = p.encoder.resolution_m
     span_s = substeps * dt_s
@@ -42,7 +55,7 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
     filter_gain = amplifier.velocity_filter_gain(p.amplifier, dt_s)
     if sp.loop != s.loop:
         amplifier.enter_loop(s, sp, force_constant_n_a)
-    for index in range(substeps):
+    for index in range(first, end):
         if sp.loop != amplifier.OFF:
             reference_a = amplifier.current_reference_a(
                 p.amplifier,
@@ -71,6 +84,8 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
         amplifier.estimate_velocity(s, resolution_m, counts, filter_gain, dt_s)
         s.substeps += 1
         s.time_s = s.substeps * dt_s
+    if end < substeps:
+        return
     s.position_setpoint_m = sp.position_m
     s.velocity_setpoint_m_s = sp.velocity_m_s
     s.current_measured_a = s.current_a

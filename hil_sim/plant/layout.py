@@ -11,9 +11,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.physics.kinds import OtherAxis
 from hil_sim.physics.registry import EFFECTS, with_state
 from hil_sim.plant import amplifier
 from hil_sim.plant.measured_point import measured_point_m
+from hil_sim.plant.other_axes import FORCES_OF_OTHER_AXIS
 from hil_sim.plant.readings import encoder_counts, scale_counts
 from hil_sim.plant.step import screw_error
 from kernels.quantities import Quantity, record_dtype, section_of
@@ -128,6 +130,11 @@ def power_up(params: NDArray[Any]) -> NDArray[Any]:
         if p["cross_axis_coupling"]["enabled"]:
             other = int(p["cross_axis_coupling"]["other"])
             s["cross_axis_coupling"]["other_position_m"] = measured_point_m(params[other], state[other])
+        for effect in FORCES_OF_OTHER_AXIS:
+            own = p[section_of(effect)]
+            if own["enabled"]:
+                other_m = state[int(own["other"])]["table_position_m"]
+                write_state(s[section_of(effect)], OtherAxis(position_m=float(other_m)))
         if p["encoder"]["enabled"]:
             s["encoder_origin_counts"] = encoder_counts(p, s)
         if p["scale"]["enabled"]:

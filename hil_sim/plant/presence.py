@@ -29,6 +29,7 @@ LOAD = of_kind(
     Kind.MEMORY_FORCE,
     Kind.CHANGE_IN_TIME,
     Kind.CHANGE_WITH_POSITION,
+    Kind.FORCE_OF_OTHER_AXIS,
     Kind.MASS,
     common=False,
 )

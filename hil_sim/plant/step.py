@@ -29,6 +29,7 @@ FORCES_IN_TIME = of_kind(Kind.FORCE_IN_TIME)
 MEMORY_FORCES = of_kind(Kind.MEMORY_FORCE)
 CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
 CHANGES_WITH_POSITION = of_kind(Kind.CHANGE_WITH_POSITION)
+FORCES_OF_OTHER_AXIS = of_kind(Kind.FORCE_OF_OTHER_AXIS)
 MASSES = of_kind(Kind.MASS)
 POSITION_ERRORS = of_kind(Kind.POSITION_ERROR)
 HEAT_AND_WEAR = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
@@ -78,6 +79,17 @@ def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
 
 @kernel
 @unrolled
+def force_of_other_axis_n(p: Any, s: Any) -> float:
+    """Return the sum of the forces on the table (N) by the motion of another axis."""
+    force = 0.0
+    for effect in FORCES_OF_OTHER_AXIS:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], s.table_position_m, s.table_velocity_m_s)
+    return force
+
+
+@kernel
+@unrolled
 def added_mass_kg(p: Any, s: Any) -> float:
     """Return the sum of the added masses on the table (kg)."""
     mass = 0.0
@@ -90,6 +102,9 @@ def added_mass_kg(p: Any, s: Any) -> float:
     for effect in CHANGES_WITH_POSITION:
         if p[effect].enabled:
             mass += effect.added_kg(p[effect], s[effect], s.table_position_m)
+    for effect in FORCES_OF_OTHER_AXIS:
+        if p[effect].enabled:
+            mass += effect.added_kg(p[effect], s[effect])
     return mass
 
 
@@ -158,7 +173,7 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
     load_n = load_force_n(p, s, turn_rad_m)
     table_kg = m.table_mass_kg
     if has.load:
-        load_n += less_common_load_force_n(p, s, turn_rad_m)
+        load_n += less_common_load_force_n(p, s, turn_rad_m) + force_of_other_axis_n(p, s)
         table_kg += added_mass_kg(p, s)
     if p.structural_mode.enabled:
         load_n += advance_carried_mass(p, s, dt_s)

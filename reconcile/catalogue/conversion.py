@@ -37,7 +37,7 @@ class ModelEffect(NamedTuple):
     effects: Mapping[str, Any]
     """All effects that the model has on the axis."""
     other: str
-    """The axis that cross_axis_coupling follows."""
+    """The axis that the effect follows; empty if it follows none."""
     axis: NominalAxis
     base: Mapping[str, float]
     """mass_kg, viscous_n_s_m, coulomb_n: total mass and friction."""

@@ -34,7 +34,7 @@ from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.kinematics import kinematics
 from reconcile.recording.recording import AxisRecording, load_recordings
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.controller import controller_of, load_controllers
 from reconcile.replay.replay import Replay, fitted_origin_m, plant_of, remaining_delay_s, replay

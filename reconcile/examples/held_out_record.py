@@ -18,7 +18,8 @@ from reconcile.catalogue.periodic import pair
 from reconcile.catalogue.registry import TIMING
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.regression_data import FILTER_HZ, regression_data
+from reconcile.regression.filter_ends import FILTER_HZ
+from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S

@@ -49,10 +49,10 @@ class FleetModels:
         if not isinstance(table, dict):
             raise ReconcileError(file, "axis", f"there is no axis {axis}; it has {', '.join(axes)}")
         alone = {axis: table}
-        coupling = table.get("cross_axis_coupling")
-        other = coupling.get("other") if isinstance(coupling, dict) else None
-        if isinstance(other, str) and other in axes:  # the coupling refers to it
-            alone[other] = axes[other]
+        for section in table.values():
+            other = section.get("other_axis") if isinstance(section, dict) else None
+            if isinstance(other, str) and other in axes:  # the section refers to it
+                alone[other] = axes[other]
         return toml_text(with_absolute_paths({**document, "axis": alone}, file.parent))
 
 

@@ -20,8 +20,8 @@ class ModelEffects(NamedTuple):
 
     effects: dict[str, Any]
     """`Params` of hil_sim by effect, without neutral ones."""
-    other: str
-    """The axis that cross_axis_coupling follows; empty without it."""
+    followed: dict[str, str]
+    """The other axis by each effect that follows one."""
 
 
 class DriveLoops(NamedTuple):
@@ -57,7 +57,7 @@ class NominalAxis(NamedTuple):
     """Period of the scale's grating."""
     bus: BusNodes | None
     """Nodes for logs of the CAN bus."""
-    model_effects: ModelEffects = ModelEffects({}, "")
+    model_effects: ModelEffects = ModelEffects({}, {})
     """The model effects."""
     drive_loops: DriveLoops = DriveLoops()
     """The loops of the drive, for recordings of its position mode."""

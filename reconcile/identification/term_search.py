@@ -16,6 +16,7 @@ from reconcile.catalogue.map_term import MAP_COLUMNS
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
+from reconcile.identification.coupled_joint import SOUGHT_TOGETHER, coupled_joint
 from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import compare_rivals
@@ -58,6 +59,8 @@ class _Selection(NamedTuple):
     """The same terms in the problem of all candidates, at the shape parameters of the scan."""
     spring: TermKey | None
     """Among them, a spring that the scan has not found."""
+    given: list[TermKey]
+    """Among them, those that were not sought one by one: the spring, and a joint that moves this one."""
 
 
 class TermSearch:
@@ -142,11 +145,14 @@ class TermSearch:
     def _select_named(self, train: Index, held_out: Index, spring: TermKey | None = None) -> _Selection:
         """Select named terms beside a `spring`, again without those that do not predict held-out folds."""
         problem = extended(self.problem, [spring] if spring else [])
-        given = [problem.equations.by_key[spring]] if spring else []
         validation = CrossValidation(problem.equations, train)
+        given = coupled_joint(validation) if self.channel is ResidualChannel.FORCE else []
+        given += [problem.equations.by_key[spring]] if spring else []
         withdrawn: list[WithdrawnEffect] = []
         for _ in range(MOST_SEARCHES):
-            chosen = select(validation, self.rules, {one.effect for one in withdrawn}, given)
+            chosen = select(
+                validation, self.rules, SOUGHT_TOGETHER | {one.effect for one in withdrawn}, given
+            )
             refined, terms = with_spring_refitted(*refine(problem, chosen, train), train, spring)
             terms, more = self._admissible_and_predictive(refined, terms, train)
             withdrawn += more
@@ -167,7 +173,8 @@ class TermSearch:
                 withdrawn=withdrawn,
             ),
             scanned=chosen,
-            spring=spring if given else None,
+            spring=spring if any(c.key == spring for c in given) else None,
+            given=[c.key for c in given],
         )
 
     def _select_beside(self, unnamed: Sequence[TermKey], before: _Selection) -> SelectedTerms:
@@ -177,8 +184,8 @@ class TermSearch:
         validation = CrossValidation(wide.equations, train)
         own = wide.equations.by_key
         previous, beside = [own[c.key] for c in before.scanned], [own[key] for key in unnamed]
-        excluded = {one.effect for one in before.refined.withdrawn}
-        given = [own[before.spring]] if before.spring else []
+        excluded = SOUGHT_TOGETHER | {one.effect for one in before.refined.withdrawn}
+        given = [own[key] for key in before.given]
         chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded, given)
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         del validation  # free its memory before the refinement

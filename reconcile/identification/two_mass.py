@@ -35,7 +35,8 @@ from reconcile.identification.two_mass_fit import (
 )
 from reconcile.identification.two_mass_recording import two_mass_recordings
 from reconcile.identification.two_mass_rollout import DrivingInputs, respond
-from reconcile.regression.regression_data import FILTER_HZ, LEAST_CLEAN_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
+from reconcile.regression.regression_data import LEAST_CLEAN_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 from reconcile.selection.block_statistics import log_ratio_t

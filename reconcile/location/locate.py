@@ -25,7 +25,7 @@ from reconcile.location.explained_share import (
 from reconcile.location.search_bands import order_bands, order_name, over_time, over_turns, time_bands
 from reconcile.location.spectra import motion_frequencies_hz
 from reconcile.location.spectral_lines import SpectralLine, find_lines
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 

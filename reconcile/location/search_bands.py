@@ -9,7 +9,7 @@ from kernels.arrays import Array, Index
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.spectra import Band, Track, octaves
 from reconcile.location.spectral_lines import SpectralLine
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.residual import Residual
 
 LOWEST_HZ, HIGHEST_HZ = 0.5, 2.0 * FILTER_HZ

@@ -15,7 +15,7 @@ from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from kernels.arrays import Array, Index
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 
 Complex = NDArray[np.complex128]
 GRID_PER_CYCLE = 6

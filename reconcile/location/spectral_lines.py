@@ -14,7 +14,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.location.explained_share import mean_over_error
 from reconcile.location.spectra import Band, Track, band_transforms, longest_length
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 
 FOLDS = 4
 FEWEST_CYCLES = 2.5

@@ -25,7 +25,7 @@ def model_effects_of(file: Path, name: str, tables: Mapping[str, Any]) -> ModelE
 
     """
     table, numbers = tables[name], {other: number for number, other in enumerate(tables)}
-    own = numbers.pop(name)
+    del numbers[name]
     effects, key = {}, f"axis.{name}"
     try:
         for effect, params in EFFECT_PARAMS.items():
@@ -40,8 +40,7 @@ def model_effects_of(file: Path, name: str, tables: Mapping[str, Any]) -> ModelE
             )
     except ConfigError as error:
         raise ReconcileError(error.file, error.key, error.reason) from None
-    followed = int(effects["cross_axis_coupling"].other) if "cross_axis_coupling" in effects else own
-    return ModelEffects(
-        {effect: params for effect, params in effects.items() if params != NEUTRAL[effect]},
-        "" if followed == own else list(tables)[followed],
-    )
+    kept = {effect: params for effect, params in effects.items() if params != NEUTRAL[effect]}
+    names = list(tables)
+    followed = {effect: names[int(p.other)] for effect, p in kept.items() if "other" in p._fields}
+    return ModelEffects(kept, followed)

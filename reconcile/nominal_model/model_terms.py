@@ -27,7 +27,7 @@ def terms_of_model(axis: NominalAxis, datasets: Sequence[RegressionData]) -> lis
             effect=effect,
             params=params,
             effects=given.effects,
-            other=given.other,
+            other=given.followed.get(effect, ""),
             axis=axis,
             base=base,
             datasets=datasets,

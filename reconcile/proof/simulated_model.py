@@ -12,6 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_sim.config import ConfigError, load_plant
+from hil_sim.physics.kinds import Kind
+from hil_sim.physics.registry import of_kind
+from kernels.quantities import section_of
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import TIMING
@@ -41,15 +44,20 @@ MOST_RESIDUAL_RATIO = 1.3
 used: the true plant would not leave more there than in the recording. Chosen."""
 SPRING = DRIVE_COMPLIANCE.name
 """A spring that the model has already is not named again from the motor alone: no column is exact there."""
+FORCES_OF_OTHER_AXIS = {section_of(module) for module in of_kind(Kind.FORCE_OF_OTHER_AXIS)}
 LONGEST_SIMULATION_S = 300.0
 """Duration of all recordings of an axis, s, above which nothing is simulated: bounds the time; chosen."""
 
 
 def simulated_recordings(recordings: Sequence[AxisRecording], model: NominalModel) -> list[AxisRecording]:
-    """Simulate the model along the recordings; return none where it is rigid, or hil_sim cannot load it."""
+    """Simulate the model along the recordings.
+
+    None where it is rigid, where another axis pushes this one, or where hil_sim cannot load it.
+    """
     axis = model.axes[recordings[0].axis]
     duration_s = sum(len(recording.time_s) * recording.period_s for recording in recordings)
-    if not axis.model_effects.effects or duration_s > LONGEST_SIMULATION_S:
+    effects = axis.model_effects.effects
+    if not effects or effects.keys() & FORCES_OF_OTHER_AXIS or duration_s > LONGEST_SIMULATION_S:
         return []
     try:
         plant = load_plant(model.file)

@@ -17,7 +17,7 @@ from kernels.jit import kernel
 LOW_PASS_CORNERS_HZ = (200.0, 150.0, 110.0, 80.0, 60.0, 45.0)
 """Corners of the low pass of the position; the highest with small noise of the acceleration is used."""
 LARGEST_NOISE_SHARE = 0.05
-"""Largest noise of the acceleration, as a share of its RMS."""
+"""Largest noise of the acceleration, as a share of its RMS; or of its force, as a share of the force."""
 SHORTEST_STANDSTILL_S = 0.03
 """Least duration of a standstill, s; shorter stops are reversals."""
 
@@ -51,7 +51,7 @@ class Kinematics(NamedTuple):
 def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) -> Kinematics:
     """Compute the kinematics of motor positions (n,), n > 50, filtered by a low pass of at most `most_hz`."""
     count_m, noise_m = _smallest_step_m(position_m), _noise_m(position_m)
-    corner_hz = min(_corner_hz(position_m, period_s, max(noise_m, 0.3 * count_m)), most_hz)
+    corner_hz = min(_corner_hz(position_m, period_s), most_hz)
     smooth_m = _smoothed(position_m, gaussian_width_s(corner_hz) / period_s)
     velocity_m_s = np.gradient(smooth_m, period_s)
     # threshold: four times the velocity noise behind the low pass, or one count in the time of its corner
@@ -80,17 +80,20 @@ def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) ->
     )
 
 
-def _corner_hz(position_m: Array, period_s: float, noise_m: float) -> float:
-    """Return the corner of the low pass for RMS noise `noise_m`, at most 0.6 of the Nyquist frequency."""
+def acceleration_noise_m_s2(position_m: Array, period_s: float, corner_hz: float) -> float:
+    """Return the RMS noise of the acceleration behind a low pass: that of white noise, or of rounding."""
+    noise_m = max(_noise_m(position_m), 0.3 * _smallest_step_m(position_m))
+    return noise_m * (2.0 * math.pi * corner_hz) ** 2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
+
+
+def _corner_hz(position_m: Array, period_s: float) -> float:
+    """Return the corner of the low pass, at most 0.6 of the Nyquist frequency."""
     corners_hz = [corner for corner in LOW_PASS_CORNERS_HZ if corner <= 0.3 / period_s] or [0.3 / period_s]
     slowest_hz = corners_hz[-1]
     smooth_m = _smoothed(position_m, gaussian_width_s(slowest_hz) / period_s)
     rms_m_s2 = float(np.std(np.gradient(np.gradient(smooth_m, period_s), period_s)))
     for corner_hz in corners_hz:
-        corner_rad_s = 2.0 * math.pi * corner_hz
-        # RMS acceleration of white noise
-        passed_m_s2 = noise_m * corner_rad_s**2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
-        if passed_m_s2 <= LARGEST_NOISE_SHARE * rms_m_s2:
+        if acceleration_noise_m_s2(position_m, period_s, corner_hz) <= LARGEST_NOISE_SHARE * rms_m_s2:
             return corner_hz
     return slowest_hz
 

@@ -12,7 +12,8 @@ from reconcile.catalogue.relaxation_terms import RINGING_EFFECT
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
-from reconcile.regression.regression_data import FILTER_HZ, target_and_baseline
+from reconcile.regression.filter_ends import FILTER_HZ
+from reconcile.regression.regression_data import target_and_baseline
 from reconcile.regression.regression_problem import RegressionProblem
 
 

@@ -1,6 +1,5 @@
 """From a recording to the data of a regression: kinematics, force of a model, and what is filtered alike."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -13,10 +12,12 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.periodic import pair
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.gaussian_low_pass import gaussian_low_pass
-from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinematics
+from reconcile.recording.kinematics import gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
+from reconcile.regression.filter_ends import FILTER_HZ, ends
 from reconcile.regression.model_presliding import presliding_n
+from reconcile.regression.noisy_acceleration import motion_of
 from reconcile.regression.set_point_jumps import force_without_teeth_n
 from reconcile.regression.state_filter import StateFilter
 from reconcile.regression.thinning import thinned, thinned_kinematics
@@ -25,24 +26,6 @@ LEAST_CLEAN_HZ = 150.0
 """Corner of the kinematics below which their low pass is applied to both sides of the regression."""
 OVERSAMPLING = 4.0
 """Rate of the kept samples over the filter's bandwidth; samples in between add no information."""
-EDGE_WIDTHS = 3.0
-"""Standard deviations of a Gaussian low pass up to which an end of the recording is in it."""
-LARGEST_EDGE_SHARE = 0.1
-"""Share of a recording that is left out at either end for it, at most. Chosen: short ones need the rest."""
-FILTER_HZ = 60.0
-"""Bandwidth of the state filter, that of the published figures on EMPS."""
-CORNER_RAD_S = 2.0 * math.pi * FILTER_HZ
-"""The same; its inverse is the time constant."""
-END_S = 0.02
-"""Time at the end that is left out, s: the motion that follows it is unknown."""
-NOISY_HZ = 80.0
-"""Corner of the kinematics at or below which their acceleration may hide the mass, and is checked. Chosen."""
-LOWERED_CORNERS_HZ = (30.0, 20.0, 14.0, 10.0, 7.0, 5.0)
-"""Lower corners to try then, the highest first; a recording of seconds has little below the last."""
-LEAST_MASS_RATIO = 0.9
-"""Least mass behind a low pass over the largest of all low passes; chosen: noise may hide a tenth of it."""
-COLLINEAR_RATIO = 1e-5
-"""Singular value of columns of unit size, over the largest, below which they count as collinear."""
 BUILD_UP_EXPONENTS = (0.0, 1.0)
 """Dahl's exponents of the presliding that is tried beside the rigid model."""
 LEAST_BUILD_UP_SHARE = 0.1
@@ -63,7 +46,7 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
 
 def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
     """The data at the full rate, without the other axes."""
-    motion, force_n = _motion(recording), force_without_teeth_n(recording, axis)
+    motion, force_n = motion_of(recording, axis.mass_kg), force_without_teeth_n(recording, axis)
     law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
     return RegressionData(
         period_s=recording.period_s,
@@ -80,44 +63,6 @@ def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
         presliding_law_n=0.0 if law_n is None else law_n,
         rotary=axis.rotary,
     )
-
-
-def _motion(recording: AxisRecording) -> Kinematics:
-    """Kinematics behind a low pass at which the noise of the acceleration does not hide the mass.
-
-    A rigid mass is the same in every bandwidth; noise in its acceleration makes the fitted one smaller, the
-    more the wider (errors in variables). Jitter of the stamps, vibration of the frame and gears are such
-    noise, and only the force shows it. So the highest corner that shows nearly all of the mass is taken. All
-    are compared without the ends that the lowest one falsifies: a stop in the last sample would outweigh the
-    motion before it.
-    """
-    motion = kinematics(recording.motor_m, recording.period_s)
-    if motion.corner_hz > NOISY_HZ:
-        return motion
-    corners_hz = [motion.corner_hz, *(hz for hz in LOWERED_CORNERS_HZ if hz < motion.corner_hz)]
-    masses_kg = [_mass_kg(recording, motion, hz) for hz in corners_hz]
-    largest_kg = max(masses_kg)
-    if largest_kg <= 0.0 or masses_kg[0] >= LEAST_MASS_RATIO * largest_kg:
-        return motion
-    enough = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_MASS_RATIO * largest_kg)
-    return kinematics(recording.motor_m, recording.period_s, corners_hz[enough])
-
-
-def _mass_kg(recording: AxisRecording, motion: Kinematics, corner_hz: float) -> float:
-    """Mass (kg) fitted behind a low pass, beside friction and forces that depend on the position."""
-    width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
-    used = motion.moving & ~_ends(len(motion.moving), period_s, LOWERED_CORNERS_HZ[-1])
-
-    def smooth(values: Array) -> Array:
-        return gaussian_low_pass(values, width)[used]
-
-    x = motion.position_m - motion.position_m.mean()
-    v = np.gradient(x, period_s)
-    a = np.gradient(v, period_s)
-    columns = smooth(np.stack((a, v, motion.direction, np.ones(len(x)), x, np.sin(x), np.cos(x)), axis=1))
-    scale = np.linalg.norm(columns, axis=0) + 1e-300
-    theta, *_ = np.linalg.lstsq(columns / scale, smooth(recording.force_n), rcond=COLLINEAR_RATIO)
-    return float(theta[0] / scale[0])
 
 
 def with_model_force(data: RegressionData) -> RegressionData:
@@ -226,17 +171,7 @@ def samples_in_use(data: RegressionData, channel: ResidualChannel) -> NDArray[np
     The low pass of noisy positions holds their first and last value beyond the ends, as no axis does: what it
     reaches of that is left out.
     """
-    used = ~_ends(len(data.time_s), data.period_s, _low_pass_hz(data))
+    used = ~ends(len(data.time_s), data.period_s, _low_pass_hz(data))
     if channel is ResidualChannel.FORCE:
         used &= data.motion.moving
     return used
-
-
-def _ends(samples: int, period_s: float, corner_hz: float | None) -> NDArray[np.bool_]:
-    """Samples (n,) at either end that filters falsify; `corner_hz`: of the low pass, None without one."""
-    ends = np.zeros(samples, dtype=np.bool_)
-    reach_s = EDGE_WIDTHS * gaussian_width_s(corner_hz) if corner_hz else 0.0
-    reach_s = min(reach_s, LARGEST_EDGE_SHARE * samples * period_s)
-    ends[: StateFilter(period_s, FILTER_HZ).settled + math.ceil(reach_s / period_s)] = True
-    ends[-math.ceil(max(END_S, reach_s) / period_s) :] = True
-    return ends

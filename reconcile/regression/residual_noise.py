@@ -20,7 +20,8 @@ from scipy.signal.windows import hann
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.recording.kinematics import gaussian_width_s
-from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ, LOWERED_CORNERS_HZ
+from reconcile.regression.filter_ends import CORNER_RAD_S, FILTER_HZ
+from reconcile.regression.noisy_acceleration import LOWERED_CORNERS_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.resolution import force_step_n
 from reconcile.regression.state_filter import ORDER

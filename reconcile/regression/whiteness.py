@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from kernels.arrays import Array
-from reconcile.regression.regression_data import CORNER_RAD_S
+from reconcile.regression.filter_ends import CORNER_RAD_S
 from reconcile.regression.residual import Residual
 
 SPACING_TIME_CONSTANTS = 9.5

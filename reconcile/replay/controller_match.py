@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.controller import Controller
 

@@ -121,7 +121,7 @@ def replay(
         raise ReconcileError(plant.name, f"axis.{recording.axis}.controller.sample_time_ms", reason)
     index = list(plant.axes).index(recording.axis)
     built = build_plant(plant)
-    if built.params[index]["cross_axis_coupling"]["enabled"]:
+    if any("other" in params._fields for params in plant.axes[recording.axis].effects.values()):
         raise ReconcileError(recording.source, where, "is coupled to another: use the bus")
     count = math.floor(recording.time_s[-1] / period_s + 1e-6) + 1
     instants_s = np.arange(count) * period_s

@@ -13,7 +13,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
 from servo_ctrl.files.arrow import read_named

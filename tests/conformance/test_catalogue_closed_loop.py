@@ -80,9 +80,16 @@ FIRST_ORDER = {
 }
 """The same of laws that the term has to first order only; without a recorded temperature an axis warms at its
 mean power, and not piece by piece as it moves."""
-ELSEWHERE = {"cross_axis_coupling", "payload_mass", "presliding_gms", "presliding_lugre"}
-"""Axes that are coupled need the bus; a mass is the baseline's; the contacts are run along the motion
-(test_model_presliding)."""
+ELSEWHERE = {
+    "cross_axis_coupling",
+    "gravity_of_outer_link",
+    "joint_coupling",
+    "payload_mass",
+    "presliding_gms",
+    "presliding_lugre",
+}
+"""Axes that are coupled need two of them (test_coupled_joint); a mass is the baseline's; the contacts are run
+along the motion (test_model_presliding)."""
 FIRST_SAMPLE_S = 0.05
 """Time since power-up at which the recording begins."""
 

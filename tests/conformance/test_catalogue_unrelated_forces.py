@@ -29,7 +29,7 @@ FAMILIES = [(effect, channel) for effect in ENTRIES for channel in ResidualChann
 SHAPED_BY_WHAT_IS_THERE = {"voltage_saturation", "periodic_disturbance", "drive_compliance"}
 """Entries whose shapes are read off the force: without the effect there may be none to try."""
 
-OF_ROTARY_AXES = {"gravity"}
+OF_ROTARY_AXES = {"gravity", "gravity_of_outer_link", "joint_coupling"}
 
 
 def named(effect: str, channel: ResidualChannel, kind: str, seed: int) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.recording.kinematics import kinematics
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter

@@ -113,7 +113,7 @@ def recorded(kind: str, seed: int, *, rotary: bool = False) -> list[RegressionDa
             scale_m=x + NOISE_M * (white(own + 700, len(x)) + size * np.roll(unrelated, 77)),
             reference_m=None,
             temperature_k=293.0 + 8.0 * (1.0 - np.exp(-np.arange(len(x)) * PERIOD_S / 9.0)) + 4.0 * number,
-            others={"y": np.roll(positions_m(own + 5), 333)},
+            others={"y": np.roll(positions_m(own + 5), 333) * (RAD_A_METRE if rotary else 1.0)},
         )
         datasets.append(regression_data(recording, AXIS)._replace(rotary=rotary))
     return datasets

@@ -27,7 +27,7 @@ from reconcile.location.locate import in_phase
 from reconcile.location.search_bands import over_turns
 from reconcile.location.spectra import octaves
 from reconcile.location.spectral_lines import find_lines
-from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ
+from reconcile.regression.filter_ends import CORNER_RAD_S, FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import READ_BAND, spectral_density
 from reconcile.regression.state_filter import StateFilter

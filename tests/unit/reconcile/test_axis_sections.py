@@ -75,6 +75,16 @@ CASES: dict[str, Case] = {
         [{"amplitude_n": 4.0, "angle_rad_m": 1.0, **PHASE}],
         {"amplitude_n": 4.0, "angle_rad_m": 1.0, "phase_rad": 0.7},
     ),
+    "gravity_of_outer_link": Case(
+        FORCE,
+        [{"other": 0.0, "amplitude_n": 4.0, "sense": -1.0, **PHASE}],
+        {"other": 1.0, "amplitude_n": 4.0, "sense": -1.0, "phase_rad": 0.7},
+    ),
+    "joint_coupling": Case(
+        FORCE,
+        [{"other": 0.0, "outer": 1.0, "inertia_kg": 3.0, "arm_kg": 2.0, **PHASE}],
+        {"other": 1.0, "outer": 1.0, "inertia_kg": 3.0, "arm_kg": 2.0, "phase_rad": 0.7},
+    ),
     "lead_error_cumulative": Case(POSITION_DEVIATION, [{"relative_error": -3e-5}], {"relative_error": -3e-5}),
     "lead_error_periodic": Case(
         POSITION_DEVIATION,
@@ -156,7 +166,9 @@ def test_parameters_of_the_catalogue_are_those_that_the_repairs_know(seen: Regre
     """Parameters of entries have the names used in the cases; else values would be missing in the file."""
     for effect, entry in ENTRIES.items():
         [family] = [f for f in entry.terms if f.channel is CASES[effect].channel]
-        shape = next(iter(family.shapes([seen])), (37.0, 1.0))
+        shape = next(
+            iter(family.shapes([seen])), (0.0, 1.0) if "other" in CASES[effect].plant else (37.0, 1.0)
+        )
         width = family.columns(seen, shape).shape[1]
         has = set(entry.parameters(shape, np.full(width, 0.5)))
         needed = {key for term in CASES[effect].found for key in term}

@@ -45,6 +45,8 @@ CASES: dict[str, Case] = {
     "drive_compliance": Case(POSITION_DEVIATION, [((), (1.25e-8,))]),
     "dwell_dependent_breakaway": Case(FORCE, [((1e-5, 1.5), (4.0,))]),
     "gravity": Case(FORCE, [((1.0,), (4.0, -3.0))]),
+    "gravity_of_outer_link": Case(FORCE, [((0.0, 1.0), (4.0, -3.0))]),
+    "joint_coupling": Case(FORCE, [((0.0, 1.0), (3.0, 2.0, -1.0))]),
     "lead_error_cumulative": Case(POSITION_DEVIATION, [((), (-3e-5,))]),
     "lead_error_periodic": Case(POSITION_DEVIATION, [((2.0,), (-4e-6, 1e-6))]),
     "load_dependent_friction": Case(FORCE, [((1.0,), (0.12,))]),

@@ -9,7 +9,8 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.design.model_discrimination import AssumedTerm, ModelDiscrimination, residual_noise
 from reconcile.design.predicted_data import predicted_data
 from reconcile.design.recorded_axis import recorded_axis
-from reconcile.regression.regression_data import FILTER_HZ, OVERSAMPLING
+from reconcile.regression.filter_ends import FILTER_HZ
+from reconcile.regression.regression_data import OVERSAMPLING
 from reconcile.regression.regression_problem import regression_problem
 
 STRIBECK, SQUARE = ("stribeck_friction", (4e-3,)), ("quadratic_viscous_friction", ())

@@ -17,7 +17,7 @@ from reconcile.location.search_bands import order_name
 from reconcile.location.spectra import Band, Track
 from reconcile.location.spectral_lines import SpectralLine, find_lines
 from reconcile.nominal_model.model_file import load_model
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 
 Effect = Callable[[RegressionData], Array]

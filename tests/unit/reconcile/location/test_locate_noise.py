@@ -8,7 +8,7 @@ from formula_residuals import MASS_KG, NOISE_N, N, T, data, residual
 from scipy.signal import lfilter
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.filter_ends import FILTER_HZ
 from reconcile.regression.residual_noise import noise_floor, noise_json, spectral_density
 from reconcile.regression.state_filter import StateFilter
 from reconcile.regression.whiteness import whiteness

@@ -18,7 +18,7 @@ def ramp(speed_m_s: float = SPEED_M_S) -> Kinematics:
 
 
 def held(**effects: object) -> ModelEffects:
-    return ModelEffects(dict(effects), "")
+    return ModelEffects(dict(effects), {})
 
 
 def test_without_a_presliding_law_there_is_none() -> None:

@@ -6,7 +6,8 @@ from known_axis import AXIS, MASS_KG
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.recording.kinematics import kinematics
-from reconcile.regression.regression_data import FILTER_HZ, low_pass_of, target_and_baseline
+from reconcile.regression.filter_ends import FILTER_HZ
+from reconcile.regression.regression_data import low_pass_of, target_and_baseline
 from reconcile.regression.state_filter import StateFilter
 
 FREQUENCIES_HZ = (1.0, 14.0)
