@@ -28,6 +28,7 @@ from servo_ctrl.control.compensation import (
 from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.offset_motion import OffsetMotion
 from servo_ctrl.control.presliding_memory import FORGOTTEN_M, Branch, Turn
+from servo_ctrl.control.rest_memory import SPAN_M, Rest
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
@@ -53,6 +54,7 @@ SCREWS = st.integers(1, 4).flatmap(
 )
 TURNS = st.builds(Turn, SIGNED | st.just(FORGOTTEN_M), SIGNED)
 BRANCHES = st.builds(Branch, SIGNED, *[TURNS] * 5)
+RESTS = st.builds(Rest, POSITIVE | st.just(0.0), POSITIVE, SWITCH, st.floats(0.0, SPAN_M), SIGNED)
 PARAMS = st.builds(
     AxisParams,
     st.floats(1e-4, 0.1),
@@ -69,7 +71,7 @@ PARAMS = st.builds(
         SWITCH,
         *[POSITIVE] * 3,
         st.builds(learned_waveform.Friction, *[SIGNED] * 7),
-        st.integers(1, 4).flatmap(table).map(np.transpose).map(np.ascontiguousarray),
+        *[st.integers(1, 4).flatmap(table).map(np.transpose).map(np.ascontiguousarray)] * 2,
     ),
     st.builds(screw_error.Params, SWITCH, SCREWS),
     st.builds(backlash.Params, SWITCH, POSITIVE, POSITIVE, POSITIVE),
@@ -100,7 +102,7 @@ STATES = st.builds(
         st.builds(trapezoidal_pulse.PulseShape, *[SIGNED] * 5),
     ),
     st.builds(disturbance_observer.State, SIGNED, SIGNED, SIGNED | st.just(math.nan)),
-    st.builds(learned_waveform.State, SIGNED, SIGNED, SIGNED, BRANCHES, *[SIGNED] * 4),
+    st.builds(learned_waveform.State, SIGNED, SIGNED, SIGNED, BRANCHES, *[SIGNED] * 4, RESTS),
     SIGNED,
     MOTIONS,
     st.builds(sampled_dual_loop.State, POSITIVE, st.integers(0, 9), MOTIONS),
