@@ -18,6 +18,9 @@ from reconcile.selection.selection_rules import SelectionRules
 from reconcile.selection.unnamed_screening import predicted_shares
 
 MAP_EFFECT = PREFIX + MAP
+FEWEST_RECORDINGS = 2
+"""A motion that repeats within one recording shows the same places at the same speeds again, so that no part
+of it tests a map."""
 CARRIED = frozenset(
     PREFIX + name
     for name in (
@@ -35,7 +38,7 @@ def select_map(
     problem: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
 ) -> list[TermKey]:
     """Return the unnamed terms with the map: beside those `chosen`, or in place of some; none without it."""
-    if problem.channel is not ResidualChannel.FORCE:
+    if problem.channel is not ResidualChannel.FORCE or len(problem.datasets) < FEWEST_RECORDINGS:
         return []
     shapes = MAP_TERM.shapes(problem.datasets)
     if not shapes:
