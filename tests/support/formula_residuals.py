@@ -79,9 +79,15 @@ def problem(
     terms: Sequence[tuple[str, ShapeParameters]],
     *,
     noise: float = NOISE_N,
+    recordings: int = 1,
 ) -> RegressionProblem:
-    """Return the regression of a force of mass, Coulomb friction, effect and noise on these terms only."""
-    given = data()
-    white = noise * np.random.default_rng(7).normal(size=N)
-    measured = given._replace(force_n=given.force_n + effect(given) + white)
-    return regression_problem([measured], ResidualChannel.FORCE, terms, only=True)
+    """Return the regression of a force of mass, Coulomb friction, effect and noise on these terms only.
+
+    The recordings differ in their noise.
+    """
+    given, rng = data(), np.random.default_rng(7)
+    measured = [
+        given._replace(force_n=given.force_n + effect(given) + noise * rng.normal(size=N))
+        for _ in range(recordings)
+    ]
+    return regression_problem(measured, ResidualChannel.FORCE, terms, only=True)

@@ -26,8 +26,8 @@ def of_both(data: RegressionData) -> np.ndarray:
     return 6.0 * along(data) * np.cos(math.pi * data.motion.velocity_m_s / 0.06)
 
 
-def unnamed_with_map(effect: Effect) -> list[str]:
-    found = problem(effect, [])
+def unnamed_with_map(effect: Effect, recordings: int = 2) -> list[str]:
+    found = problem(effect, [], recordings=recordings)
     blocks = np.flatnonzero(found.equations.samples)
     one_coordinate = select_unnamed(found, [], blocks, SelectionRules())
     wide = regression_problem(
@@ -54,8 +54,13 @@ def test_noise_and_what_a_curve_carries_have_none(effect: Effect) -> None:
     assert unnamed_with_map(effect) == []
 
 
+def test_one_recording_alone_has_no_map() -> None:
+    """What repeats in it would be predicted from itself."""
+    assert MAP_EFFECT not in unnamed_with_map(of_both, recordings=1)
+
+
 def test_the_map_has_its_own_prefix_and_its_smoothness_is_chosen() -> None:
-    found = problem(of_both, [])
+    found = problem(of_both, [], recordings=2)
     blocks = np.flatnonzero(found.equations.samples)
     [(name, shape, own)] = select_map(found, [], blocks, SelectionRules())
     assert (name, own) == (PREFIX + "position_and_velocity", False)
