@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Index
-from reconcile.catalogue.gravity import ENTRY as GRAVITY_ENTRY
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.map_term import MAP_COLUMNS
-from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
+from reconcile.catalogue.smooth_terms import KNOTS
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
+from reconcile.identification.absorbed_mass import absorbing_mass
 from reconcile.identification.coupled_joint import SOUGHT_TOGETHER, coupled_joint
 from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.refinement import refine
@@ -29,7 +29,7 @@ from reconcile.identification.spring_beside_terms import (
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.candidate_term import CandidateTerm, TermKey, effect_names
 from reconcile.regression.model_presliding import regressed_terms
-from reconcile.regression.physical_veto import moved_kg, vetoed
+from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem
 from reconcile.regression.residual import residuals, rms
@@ -45,12 +45,6 @@ NOISE_FLOOR_RATIO = 1.5
 """Residual RMS over the noise floor up to which no unnamed terms are tried."""
 MOST_SEARCHES = 3
 """Searches, each without the effects that were withdrawn after the one before. Chosen."""
-GRAVITY = GRAVITY_ENTRY.name
-LEAST_MASS_SHARE = 0.3
-"""Least mass fitted beside the effects, over that of a rigid model with gravity; if less, an effect has
-absorbed the inertia. Chosen: plausible forces change the fitted mass far less."""
-LEAST_NOMINAL_SHARE = 0.01
-"""Least mass over the nominal one, which may be far off; chosen."""
 
 
 class _Selection(NamedTuple):
@@ -206,39 +200,14 @@ class TermSearch:
             slots = equations.slots(terms)
             weights = equations.denormalised(slots, equations.solve(slots, equations.totals(train)))
             impossible = vetoed(refined, terms, weights, self.axis)
-            impossible = impossible or self._absorbing_mass(refined, terms, train)
+            if not impossible and self.channel is ResidualChannel.FORCE:
+                impossible = absorbing_mass(refined, terms, train, self.axis.mass_kg)
             if not impossible:
                 break
             withdrawn += [WithdrawnEffect(effect, why) for effect, why in impossible.items()]
             terms = [c for c in terms if c.effect not in impossible]
         terms, more = predictive_terms(equations, terms, train)
         return terms, [*withdrawn, *more]
-
-    def _absorbing_mass(
-        self, refined: RegressionProblem, terms: Sequence[CandidateTerm], train: Index
-    ) -> dict[str, str]:
-        """Return the effect that has absorbed nearly all of the fitted mass, if any, with the reason."""
-        if self.channel is not ResidualChannel.FORCE:
-            return {}
-        totals = refined.equations.totals(train)
-
-        def mass_kg(chosen: Sequence[CandidateTerm]) -> float:
-            return moved_kg(refined, chosen, totals)
-
-        # a weight on a joint dominates its torque, and falsifies the mass of a model without it
-        weights = [c for c in terms if c.effect == GRAVITY]
-        named = [e for e in effect_names(terms) if not e.startswith(PREFIX) and e != GRAVITY]
-        rigid_kg = mass_kg(weights)
-        if weights and rigid_kg < LEAST_NOMINAL_SHARE * self.axis.mass_kg:
-            named, rigid_kg = [GRAVITY], mass_kg([])
-        least_kg = max(LEAST_MASS_SHARE * rigid_kg, LEAST_NOMINAL_SHARE * self.axis.mass_kg)
-        # a motion without observable mass, as at constant speed, cannot reject it
-        if not named or rigid_kg <= 0.0 or mass_kg(terms) >= least_kg:
-            return {}
-        others_kg = {effect: mass_kg([c for c in terms if c.effect != effect]) for effect in named}
-        worst = max(others_kg, key=lambda effect: others_kg[effect])
-        why = f"beside it the mass would be {mass_kg(terms):.3g} kg, {rigid_kg:.3g} kg without any effect"
-        return {worst: why}
 
     def _is_noise(self, selected: SelectedTerms) -> bool:
         """Return whether the residual is no more than the noise of the sensors."""
