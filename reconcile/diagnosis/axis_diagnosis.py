@@ -13,7 +13,12 @@ from reconcile.identification.unexplained_residual import is_misfit, varying_rms
 from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.proof.model_choice import best_predicting, without_dropped, writable_model
+from reconcile.proof.model_choice import (
+    best_predicting,
+    with_refitted_values,
+    without_dropped,
+    writable_model,
+)
 from reconcile.proof.model_variants import AS_FOUND
 from reconcile.proof.model_variants import NOTES as VARIANT_NOTES
 from reconcile.proof.proof import Proof
@@ -71,6 +76,9 @@ def diagnose_axis(
     reported = [without_simulated_terms(one, simulated, axis) for one in reported]
     written, sections = writable_model(written, model, name)
     written = [without_simulated_terms(one, simulated, axis) for one in written]
+    written = (
+        [with_refitted_values(*pair) for pair in zip(written, proofs, strict=True)] if proofs else written
+    )
     updated = update_axis(written, model, name)
     explanations = [
         as_reported(one, whole)._replace(selected=None)  # its columns take most of the memory

@@ -8,7 +8,7 @@ from reconcile.identification.findings import IdentifiedEffect
 from reconcile.model_update.axis_sections import AxisSections, axis_sections
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.proof.model_variants import VARIANTS
-from reconcile.proof.proof import Proof
+from reconcile.proof.proof import BETTER_RMS_RATIO, Proof
 from reconcile.selection.predictive_terms import WithdrawnEffect
 
 
@@ -30,6 +30,14 @@ class ModelChoice(NamedTuple):
 def best_predicting(explanation: Explanation, proof: Proof) -> Explanation:
     """The explanation as the model that predicted best: without dropped effects, in the chosen variant."""
     return ModelChoice(proof.dropped, proof.variant).applied_to(explanation, parameters_only=False)
+
+
+def with_refitted_values(explanation: Explanation, proof: Proof) -> Explanation:
+    """The explanation whose nominal values are not written where refitted ones predicted better."""
+    is_noise = explanation.accounted is not None and explanation.accounted.is_noise
+    if proof.rigid < BETTER_RMS_RATIO * proof.written and not is_noise:
+        return explanation._replace(nominal_is_worse=True)
+    return explanation
 
 
 def without_dropped(explanation: Explanation, proof: Proof) -> Explanation:

@@ -12,7 +12,9 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation, explain, with_terms
 from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
+from reconcile.proof.model_choice import with_refitted_values
 from reconcile.proof.model_variants import AS_FOUND, VARIANTS, variants_of
+from reconcile.proof.proof import HeldOutErrors, Proof
 from reconcile.recording.recording import load_recordings
 from reconcile.selection.selection_rules import SelectionRules
 
@@ -115,3 +117,19 @@ def test_a_force_that_mass_and_friction_imitate_is_not_named_however_large_it_is
     assert reported.refitted.train - reported.after.train < reported.accounted.negligible_rms
     assert [f.effect for f in reported.findings] == ["unknown"]
     assert "constant_force" in [f.effect for f in reported.minor]
+
+
+@pytest.mark.parametrize(("written_n", "is_worse"), [(1.05, True), (1.01, False), (0.5, False)])
+def test_nominal_values_are_not_written_where_refitted_ones_predicted_better(
+    explanation: Explanation, written_n: float, is_worse: bool
+) -> None:
+    part = HeldOutErrors("0.csv", ResidualChannel.FORCE, 1000, measured=9.0, rigid=1.0, written=written_n)
+    proof = Proof(ResidualChannel.FORCE, [part, part], is_last_third=False)
+    nominal = explanation._replace(nominal_is_worse=False)
+    assert with_refitted_values(nominal, proof).nominal_is_worse == is_worse
+    sizes = explanation.accounted
+    assert sizes is not None
+    quiet = nominal._replace(accounted=sizes._replace(noise=sizes.residual))
+    assert quiet.accounted is not None
+    assert quiet.accounted.is_noise
+    assert not with_refitted_values(quiet, proof).nominal_is_worse
