@@ -52,6 +52,8 @@ def test_the_generator_imports_nothing_of_what_it_tests(file: Path) -> None:
 def test_every_entry_of_the_catalogue_is_drawn() -> None:
     of_rotary_and_geared_axes = {
         "gravity",
+        "gravity_of_outer_link",
+        "joint_coupling",
         "load_dependent_friction",
     }  # this generator has screws and linear motors
     assert {*ENTRIES} - {"payload_mass"} - of_rotary_and_geared_axes <= {*CATALOGUE}
