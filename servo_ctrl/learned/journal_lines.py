@@ -40,6 +40,8 @@ class StrokeLine(FileSection):
     pulse: tuple[NonNegative, Number, NonNegative, NonNegative, Number]
     period_s: Positive
     error_nm: Annotated[list[Trace], Field(min_length=1)]
+    rest_s: Positive | None = None
+    """Absent where the stroke does not rest."""
 
     @classmethod
     def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
@@ -55,12 +57,13 @@ class StrokeLine(FileSection):
             pulse=tuple(stroke.pulse),
             period_s=result.period_s,
             error_nm=error_nm.astype(np.int64).tolist(),
+            rest_s=stroke.rest_s or None,
         )
 
     def entry(self) -> tuple[Stroke, StrokeResult]:
         """Return stroke and result, identical to the bit. Raises ValueError if traces differ in length."""
         error_m = np.array(self.error_nm, dtype=np.float64) * ERROR_RESOLUTION_M
-        stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse))
+        stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse), self.rest_s or 0.0)
         return stroke, StrokeResult(error_m, self.period_s)
 
 
@@ -69,7 +72,7 @@ Content = TypeVar("Content", Header, StrokeLine)
 
 def encoded(content: FileSection, before: int) -> tuple[bytes, int]:
     """Return a line and its checksum; `before` is the checksum of the previous line, 0 for the first."""
-    body = content.model_dump_json().encode()
+    body = content.model_dump_json(exclude_none=True).encode()
     checksum = zlib.crc32(body, before)
     return body[:-1] + _CHECKSUM % checksum, checksum
 

@@ -49,6 +49,7 @@ speeds = st.floats(-1e-2, 1e-2)
         st.text(max_size=20),
         st.floats(1e-6, 1e2),
         st.builds(Pulse, times, speeds, times, times, speeds),
+        times,
     ),
     st.lists(st.tuples(st.integers(-(10**9), 10**9), st.integers(-(10**9), 10**9)), min_size=1, max_size=5),
     st.floats(1e-5, 1.0),
