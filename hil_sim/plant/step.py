@@ -17,6 +17,7 @@ from hil_sim.physics.load import structural_mode
 from hil_sim.physics.registry import of_kind, with_state
 from hil_sim.physics.transmission import backlash, drive_compliance
 from hil_sim.plant.motor_force import motor_force_n
+from hil_sim.plant.other_axes import FORCES_OF_OTHER_AXIS
 from hil_sim.plant.presence import Presence
 from hil_sim.plant.sliding import SPEED_MIN_M_S, slide
 from kernels.jit import kernel
@@ -24,12 +25,11 @@ from kernels.unrolled import unrolled
 
 TABLE_FORCES = of_kind(Kind.TABLE_FORCE, common=True)
 LESS_COMMON_FORCES = of_kind(Kind.TABLE_FORCE, common=False)
-STATE_FORCES = of_kind(Kind.STATE_FORCE)
+STATE_FORCES = of_kind(Kind.STATE_FORCE, Kind.FORCE_OF_OTHER_AXIS)
 FORCES_IN_TIME = of_kind(Kind.FORCE_IN_TIME)
 MEMORY_FORCES = of_kind(Kind.MEMORY_FORCE)
 CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
 CHANGES_WITH_POSITION = of_kind(Kind.CHANGE_WITH_POSITION)
-FORCES_OF_OTHER_AXIS = of_kind(Kind.FORCE_OF_OTHER_AXIS)
 MASSES = of_kind(Kind.MASS)
 POSITION_ERRORS = of_kind(Kind.POSITION_ERROR)
 HEAT_AND_WEAR = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
@@ -49,7 +49,7 @@ def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
 @kernel
 @unrolled
 def state_force_n(p: Any, s: Any) -> float:
-    """Return the sum of the external forces on the table by its position and velocity (N)."""
+    """Return the sum of the external forces on the table (N) that its velocity may change."""
     force = 0.0
     for effect in STATE_FORCES:
         if p[effect].enabled:
@@ -74,17 +74,6 @@ def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
     for effect in MEMORY_FORCES:
         if p[effect].enabled:
             force += effect.force_n(p[effect], s[effect])
-    return force
-
-
-@kernel
-@unrolled
-def force_of_other_axis_n(p: Any, s: Any) -> float:
-    """Return the sum of the forces on the table (N) by the motion of another axis."""
-    force = 0.0
-    for effect in FORCES_OF_OTHER_AXIS:
-        if p[effect].enabled:
-            force += effect.force_n(p[effect], s[effect], s.table_position_m, s.table_velocity_m_s)
     return force
 
 
@@ -173,7 +162,7 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
     load_n = load_force_n(p, s, turn_rad_m)
     table_kg = m.table_mass_kg
     if has.load:
-        load_n += less_common_load_force_n(p, s, turn_rad_m) + force_of_other_axis_n(p, s)
+        load_n += less_common_load_force_n(p, s, turn_rad_m)
         table_kg += added_mass_kg(p, s)
     if p.structural_mode.enabled:
         load_n += advance_carried_mass(p, s, dt_s)

@@ -13,7 +13,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
-from reconcile.catalogue.periodic import pair, sine_and_cosine
+from reconcile.catalogue.periodic import amplitude_and_phase_rad, pair, sine_and_cosine
 
 LEAST_RANGE_RAD = 0.5
 """Range of angles below which a weight is a constant and a slope; chosen."""
@@ -36,10 +36,10 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
 
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """The force on the table is the opposite of what the motor needs."""
-    a, b = (-float(value) for value in coefficients[:2])
+    amplitude_n, phase_rad = amplitude_and_phase_rad(*(-coefficients[:2]).tolist())
     return {
-        "amplitude_n": SiParameter(math.hypot(a, b), "N"),
-        "phase_rad": SiParameter(math.atan2(b, a), "rad"),
+        "amplitude_n": SiParameter(amplitude_n, "N"),
+        "phase_rad": SiParameter(phase_rad, "rad"),
         "angle_rad_m": SiParameter(shape[0], "rad/m"),
     }
 

@@ -1,6 +1,5 @@
 """Gravity of an outer link, whose angle is the sum of two joints: a sin(q + k qo) + b cos(q + k qo)."""
 
-import math
 from collections.abc import Sequence
 
 from hil_sim.physics.load import gravity_of_outer_link as physics
@@ -8,8 +7,13 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
-from reconcile.catalogue.other_joints import moved_joints, name_of_joint, number_of_joint
-from reconcile.catalogue.periodic import pair, sine_and_cosine
+from reconcile.catalogue.other_joints import (
+    moved_joints,
+    name_of_joint,
+    number_of_joint,
+    with_name_of_joint,
+)
+from reconcile.catalogue.periodic import amplitude_and_phase_rad, pair, sine_and_cosine
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -24,11 +28,11 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
 
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """The force on the table is the opposite of what the motor needs."""
-    a, b = (-float(value) for value in coefficients[:2])
+    amplitude_n, phase_rad = amplitude_and_phase_rad(*(-coefficients[:2]).tolist())
     return {
         "other": SiParameter(shape[0], ""),
-        "amplitude_n": SiParameter(math.hypot(a, b), "N"),
-        "phase_rad": SiParameter(math.atan2(b, a), "rad"),
+        "amplitude_n": SiParameter(amplitude_n, "N"),
+        "phase_rad": SiParameter(phase_rad, "rad"),
         "sense": SiParameter(shape[1], ""),
     }
 
@@ -49,10 +53,7 @@ ENTRY = CatalogueEntry(
         f"a moment of {p['amplitude_n']:.3g} follows the sine of the sum of this angle and another joint's: "
         "the weight of a link that both joints turn"
     ),
-    to_plant=lambda found, _notes: {
-        **found.terms[0],
-        "other": name_of_joint(found.datasets[0], found.terms[0]["other"]),
-    },
+    to_plant=with_name_of_joint,
     from_plant=_from_plant,
     rivals=(Rival("gravity", "the weight of this link alone does not change while the other joint turns"),),
     shown_by="the force follows the angle of the other joint while this one stands",

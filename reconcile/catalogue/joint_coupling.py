@@ -18,7 +18,13 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
-from reconcile.catalogue.other_joints import moved_joints, name_of_joint, number_of_joint
+from reconcile.catalogue.other_joints import (
+    moved_joints,
+    name_of_joint,
+    number_of_joint,
+    with_name_of_joint,
+)
+from reconcile.catalogue.periodic import amplitude_and_phase_rad, sine_and_cosine
 
 INNER, OUTER = 0.0, 1.0
 PLACES = (OUTER, INNER)
@@ -55,13 +61,14 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
 
 
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
-    inertia, cosine, sine = (float(value) for value in coefficients)
+    inertia, *turning = coefficients.tolist()
+    arm, phase_rad = amplitude_and_phase_rad(*turning)
     return {
         "other": SiParameter(shape[0], ""),
         "outer": SiParameter(shape[1], ""),
         "inertia_kg": SiParameter(inertia, "kg"),
-        "arm_kg": SiParameter(math.hypot(cosine, sine), "kg"),
-        "phase_rad": SiParameter(math.atan2(sine, cosine), "rad"),
+        "arm_kg": SiParameter(arm, "kg"),
+        "phase_rad": SiParameter(phase_rad, "rad"),
     }
 
 
@@ -80,7 +87,7 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     p, number = of.params, number_of_joint(of)
     if number is None:
         return []
-    turning = (p.arm_kg * math.cos(p.phase_rad), p.arm_kg * math.sin(p.phase_rad))
+    turning = sine_and_cosine(p.arm_kg, p.phase_rad)
     return [ModelTerm(of.effect, (number, p.outer), (p.inertia_kg, *turning))]
 
 
@@ -92,10 +99,7 @@ ENTRY = CatalogueEntry(
         f"the motion of another joint moves this one: a link couples them by {p['inertia_kg']:.3g}, and by "
         f"{p['arm_kg']:.3g} that turns with the outer joint"
     ),
-    to_plant=lambda found, _notes: {
-        **found.terms[0],
-        "other": name_of_joint(found.datasets[0], found.terms[0]["other"]),
-    },
+    to_plant=with_name_of_joint,
     from_plant=_from_plant,
     refused=_refused,
     shown_by="it follows the acceleration of the other joint, even while this one stands",

@@ -16,7 +16,7 @@ from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, UnnamedTerm
-from reconcile.catalogue.table_of_knots import WITH_MEAN
+from reconcile.catalogue.table_of_knots import WITH_MEAN, place_in_knots
 
 MAP = "position_and_velocity"
 """Its coordinates, as the name of the term."""
@@ -48,7 +48,7 @@ def column_scales(shape: ShapeParameters) -> Array:
 
 def _interpolation(values: Array, low: float, high: float, count: int) -> Array:
     """Share (n, knots) of each knot in a value between two of them; the ends beyond."""
-    place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
+    place = place_in_knots(values, low, high, count)
     share: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
     return share
 

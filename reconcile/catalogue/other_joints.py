@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from reconcile.catalogue.conversion import ModelEffect
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, PlantValues
 from reconcile.catalogue.gravity import LEAST_RANGE_RAD, range_rad
 from reconcile.catalogue.kinds import RegressionData
 
@@ -26,6 +26,12 @@ def moved_joints(datasets: Sequence[RegressionData]) -> list[float]:
 def name_of_joint(data: RegressionData, number: float) -> str:
     """Name of a joint by its number."""
     return sorted(data.others)[int(number)]
+
+
+def with_name_of_joint(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
+    """Parameters of a plant's effect: those of the term, with the other joint by its name."""
+    values = found.terms[0]
+    return {**values, "other": name_of_joint(found.datasets[0], values["other"])}
 
 
 def number_of_joint(of: ModelEffect) -> float | None:

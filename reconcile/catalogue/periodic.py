@@ -55,6 +55,11 @@ def sine_and_cosine(amplitude: float, phase_rad: float) -> tuple[float, float]:
     return amplitude * math.cos(phase_rad), amplitude * math.sin(phase_rad)
 
 
+def amplitude_and_phase_rad(sine: float, cosine: float) -> tuple[float, float]:
+    """Amplitude and phase of the wave with these coefficients of `pair`, the inverse of `sine_and_cosine`."""
+    return math.hypot(sine, cosine), math.atan2(cosine, sine)
+
+
 class Wave(NamedTuple):
     """Converts between the waves of a plant's effect and the coefficients of `pair`."""
 
@@ -73,11 +78,11 @@ class Wave(NamedTuple):
 
     def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
         """Pitch, amplitude, and the phase in the first recording."""
-        a, b = (float(value) for value in self.sign * coefficients[:2])
+        amplitude, phase_rad = amplitude_and_phase_rad(*(self.sign * coefficients[:2]).tolist())
         return {
             self.pitch: SiParameter(shape[0], self.pitch_unit),
-            "amplitude": SiParameter(math.hypot(a, b), self.unit),
-            "phase_rad": SiParameter(math.atan2(b, a), "rad"),
+            "amplitude": SiParameter(amplitude, self.unit),
+            "phase_rad": SiParameter(phase_rad, "rad"),
         }
 
     def to_plant(self, found: IdentifiedTerms, notes: list[str]) -> PlantValues:

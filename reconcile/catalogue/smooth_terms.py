@@ -21,7 +21,7 @@ from reconcile.catalogue.kinds import (
     SiParameter,
     UnnamedTerm,
 )
-from reconcile.catalogue.table_of_knots import TABLES, WITH_MEAN, tables_of
+from reconcile.catalogue.table_of_knots import TABLES, WITH_MEAN, place_in_knots, tables_of
 
 COARSE_KNOTS, KNOTS = 9, (9, 17, 33)
 """Numbers of knots to try, for slow and for fast changes over the range. A plant's table holds 33."""
@@ -103,7 +103,7 @@ def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameter
     values, low, high, count = over.values(data), shape[0], shape[1], int(shape[2])
     if over.decades:
         values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
-    place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
+    place = place_in_knots(values, low, high, count)
     if AT_A_PLACE in shape[3:]:
         found: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(1, count - 1)), 0.0)
         return found if over.factor is None else found * over.factor(data)[:, None]

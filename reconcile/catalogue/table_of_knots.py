@@ -8,11 +8,18 @@ import numpy as np
 
 from hil_sim.physics.friction import force_over_speed, friction_over_speed, friction_table
 from hil_sim.physics.load import change_along_travel, drift_over_time, force_table
+from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm, PlantValues
 
 WITH_MEAN = 1.0
 """Fourth shape parameter of a smooth term with a mean, as a plant's table."""
+
+
+def place_in_knots(values: Array, low: float, high: float, count: int) -> Array:
+    """Places (n,) of values among evenly spaced knots, 0 to `count` - 1; beyond them, that of the nearest."""
+    place: Array = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
+    return place
 
 
 class TableOfKnots(NamedTuple):

@@ -29,11 +29,13 @@ def coupled_joint(validation: CrossValidation) -> list[CandidateTerm]:
     def squares(terms: Sequence[CandidateTerm]) -> float:
         return float(validation.cross_validated_squares(terms).sum())
 
-    models = list(_models(candidates, own))
-    best = min(models, key=squares, default=None)
+    found = [(squares(terms), terms) for terms in _models(candidates, own)]
+    if not found:
+        return []
+    left, best = min(found, key=lambda one: one[0])
     alone = min(squares([]), squares(own))
     most_left = MOST_LEFT if validation.equations.recordings > 1 else MOST_LEFT_OF_ONE
-    return best if best is not None and squares(best) <= most_left * alone else []
+    return best if left <= most_left * alone else []
 
 
 def _models(

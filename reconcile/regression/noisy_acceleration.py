@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.catalogue.joint_coupling import PLACES, coupled
+from reconcile.catalogue.joint_coupling import PLACES, Derivatives, coupled
 from reconcile.recording.gaussian_low_pass import gaussian_low_pass
 from reconcile.recording.kinematics import (
     LARGEST_NOISE_SHARE,
@@ -67,7 +67,7 @@ def motion_of(recording: AxisRecording, nominal_kg: float) -> Kinematics:
         chosen = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_MASS_RATIO * largest_kg)
     else:  # forces that cancel, as of a joint that swings freely: only the noise tells
         chosen = -1 if hides_mass else 0
-    return kinematics(recording.motor_m, recording.period_s, corners_hz[chosen])
+    return kinematics(recording.motor_m, recording.period_s, corners_hz[chosen]) if chosen else motion
 
 
 def _with_coupling(recording: AxisRecording, motion: Kinematics, lowest_hz: float, own: Array) -> Array:
@@ -98,7 +98,7 @@ def _couplings(recording: AxisRecording) -> Iterator[Array]:
             yield np.column_stack((coupled(own, other, place), np.sin(angle), np.cos(angle)))
 
 
-def _derivatives(position_m: Array, period_s: float) -> tuple[Array, Array, Array]:
+def _derivatives(position_m: Array, period_s: float) -> Derivatives:
     """Position, velocity and acceleration, with all their noise: the low pass is applied to the columns."""
     velocity_m_s = np.gradient(position_m, period_s)
     return position_m, velocity_m_s, np.gradient(velocity_m_s, period_s)

@@ -21,10 +21,10 @@ import bisect
 import math
 from typing import NamedTuple
 
+from servo_ctrl.learning.temperature_input import RANGE_DEGC
+
 STEP_K = 5.0
 """Distance of nodes; chosen: lubricants halve their viscosity in 10 to 20 K."""
-RANGE_DEGC = (-40.0, 150.0)
-"""Temperatures of the table, which bound its nodes; chosen: a machine's sensors."""
 FORGETTING = 0.95
 """L: the last twenty reversals at a node count; chosen."""
 VARIANCE_NEW = 10.0

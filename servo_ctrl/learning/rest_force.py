@@ -1,7 +1,8 @@
 """Learns what a rest adds to friction (`control.rest_memory`), relative to the waveform without rests.
 
 The learning law is that of `learning.reversal_waveform`, over the time since the start; the table holds its
-result over the way. One acceleration is learned, as friction that a rest adds depends on the way above all.
+result over the travel. One acceleration is learned, as friction that a rest adds depends on the travel above
+all.
 """
 
 import math
@@ -17,7 +18,7 @@ from servo_ctrl.learning.reversal_waveform import (
     corrected,
     mean_around_reversals,
     missing_force_n,
-    rest_ways_m,
+    rest_travels_m,
     samples_of,
 )
 from servo_ctrl.learning.types import NO_PULSE, Stroke
@@ -31,9 +32,9 @@ from servo_ctrl.learning.waveform_stroke import (
 )
 
 NODES = 50
-"""Forces of a row over the way. Chosen: about one a millisecond for a start at 50 m/s^3."""
+"""Forces of a row over the travel. Chosen: about one a millisecond for a start at 50 m/s^3."""
 TAPER_SHARE = 0.2
-"""Share of the nodes, at the end, over which a force fades to zero; chosen: the last half of the way."""
+"""Share of the nodes, at the end, over which a force fades to zero; chosen: the last half of the travel."""
 ITERATIONS = 4
 """Strokes for each rest; chosen: each begins with what the shorter one has learned."""
 REST = "rest"
@@ -51,7 +52,7 @@ def strokes_of(settings: WaveformSettings) -> list[Stroke]:
     return [stroke_of(settings, rest_s) for rest_s in settings.rests_s for _ in range(ITERATIONS)]
 
 
-def resting_s(stroke: Stroke) -> float:
+def rest_time_s(stroke: Stroke) -> float:
     """How long a stroke rests, seconds."""
     return len(TURNS) * stroke.rest_s
 
@@ -68,16 +69,16 @@ def rest_table(rests: tuple[RestForce, ...]) -> Array | None:
     return np.array([(row.rest_s, *row.onward_n, *row.turned_n) for row in rests])
 
 
-def corrected_over_way(
-    force_n: tuple[float, ...], missing_n: Array, way_m: Array, loop: LoopModel, gain: float
+def corrected_over_travel(
+    force_n: tuple[float, ...], missing_n: Array, travel_m: Array, loop: LoopModel, gain: float
 ) -> tuple[float, ...]:
     """The next forces of a row from the missing force (n,).
 
-    `way_m` (n,): of the command at the lead, at the samples of `missing_n`.
+    `travel_m` (n,): of the command at the lead, at the samples of `missing_n`.
     """
-    way_m, nodes_m = np.maximum.accumulate(way_m), rest_ways_m(loop, NODES)
-    wave_n = np.interp(way_m, [0.0, *nodes_m], [0.0, *force_n], right=0.0)
-    wave_n = np.interp(nodes_m, way_m, corrected(wave_n, missing_n, gain, loop), right=0.0)
+    travel_m, nodes_m = np.maximum.accumulate(travel_m), rest_travels_m(loop, NODES)
+    wave_n = np.interp(travel_m, [0.0, *nodes_m], [0.0, *force_n], right=0.0)
+    wave_n = np.interp(nodes_m, travel_m, corrected(wave_n, missing_n, gain, loop), right=0.0)
     fade = np.clip((1.0 - np.arange(1, NODES + 1) / NODES) / TAPER_SHARE, 0.0, 1.0)
     return tuple((wave_n * np.sin(0.5 * np.pi * fade) ** 2).round(4).tolist())
 
@@ -113,13 +114,13 @@ def _corrected_row(row: RestForce, result: WaveformResult, loop: LoopModel) -> R
     ahead, length = round(loop.ahead_s / loop.period_s), samples_of(loop)
     starts, directions = result.reversals, directions_of(result)
     path_m = result.commands[starts[0] - 1 - ahead + loop.dead_samples :, 0][:length]
-    way_m = np.abs(path_m - result.commands[starts[0] - 1, 0])
+    travel_m = np.abs(path_m - result.commands[starts[0] - 1, 0])
     missing_n = missing_force_n(loop, result.error_m)
 
     def next_n(force_n: tuple[float, ...], *, turned: bool) -> tuple[float, ...]:
         here = np.array(TURNS) == turned
         mean_n = mean_around_reversals(missing_n, starts[here], directions[here], length, ahead)
-        return corrected_over_way(force_n, mean_n - mean_n[0], way_m, loop, GAIN)
+        return corrected_over_travel(force_n, mean_n - mean_n[0], travel_m, loop, GAIN)
 
     return row._replace(
         onward_n=next_n(row.onward_n, turned=False), turned_n=next_n(row.turned_n, turned=True)

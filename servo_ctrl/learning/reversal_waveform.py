@@ -49,7 +49,7 @@ class LoopModel(NamedTuple):
     ahead_s: float
     """Time before a reversal at which the waveform of the control law begins."""
     rest_span_m: float
-    """Way behind a rest over which the control law has a force."""
+    """Travel behind a rest over which the control law has a force."""
 
     @property
     def dead_samples(self) -> int:
@@ -58,7 +58,7 @@ class LoopModel(NamedTuple):
 
 
 class RestForce(NamedTuple):
-    """What a rest adds to friction, in the direction of motion, at the ways of `control.rest_memory`."""
+    """What a rest adds to friction, in the direction of motion, at the travels of `control.rest_memory`."""
 
     rest_s: float
     onward_n: tuple[float, ...]
@@ -96,8 +96,8 @@ def wave_table(accelerations_m_s2: tuple[float, ...], waves_n: tuple[tuple[float
     return np.column_stack([np.array(accelerations_m_s2), np.array(waves_n)])
 
 
-def rest_ways_m(loop: LoopModel, nodes: int) -> Array:
-    """Ways behind a rest, (nodes,), at which the control law has forces."""
+def rest_travels_m(loop: LoopModel, nodes: int) -> Array:
+    """Travels behind a rest, (nodes,), at which the control law has forces."""
     return np.asarray(loop.rest_span_m * (np.arange(1, nodes + 1) / nodes) ** 3)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Generator
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.learning.rest_force import REST, learn_rests, rest_table, resting_s
+from servo_ctrl.learning.rest_force import REST, learn_rests, rest_table, rest_time_s
 from servo_ctrl.learning.rest_force import strokes_of as rest_strokes_of
 from servo_ctrl.learning.reversal_waveform import (
     WaveformLearned,
@@ -131,7 +131,7 @@ class WaveformRun:
             raise ValueError("there is no stroke to be made")
         sine = self.stroke.sine
         self.course.append((sine.stage, sine.acceleration_m_s2, score_m(result, self._settings)))
-        self._time_s += stroke_s(self._settings.sines, sine.acceleration_m_s2) + resting_s(sine)
+        self._time_s += stroke_s(self._settings.sines, sine.acceleration_m_s2) + rest_time_s(sine)
         try:
             self.stroke = self._strokes.send(result)
         except StopIteration as end:
@@ -157,7 +157,7 @@ class WaveformRun:
             stage=sine.stage,
             strokes_done=done,
             strokes_total=total,
-            remaining_s=float(mean_s) * (total - done) + sum(map(resting_s, rests[made:])),
+            remaining_s=float(mean_s) * (total - done) + sum(map(rest_time_s, rests[made:])),
             acceleration_m_s2=sine.acceleration_m_s2,
             best_m=min(scores_m, default=np.nan),
         )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from servo_ctrl.learning.pulse_functions import table
-from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned, rest_ways_m
+from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned, rest_travels_m
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.plots.figures import COLOURS, save
@@ -115,12 +115,12 @@ def plot_waveforms(path: Path, axes: Mapping[str, WaveformLearned], loop: LoopMo
 def _draw_rests(panel: Axes, learned: WaveformLearned, loop: LoopModel) -> None:
     for number, (rest_s, *forces_n) in enumerate(learned.rests):
         for kind, style, force_n in zip(("onward", "turned"), ("-", "--"), forces_n, strict=True):
-            way_um = rest_ways_m(loop, len(force_n)) / UM
+            travel_um = rest_travels_m(loop, len(force_n)) / UM
             label = f"{rest_s:.3g} s, {kind}"
-            panel.plot(way_um, force_n, style, color=f"C{number}", linewidth=1.0, label=label)
+            panel.plot(travel_um, force_n, style, color=f"C{number}", linewidth=1.0, label=label)
     panel.set_xscale("log")
     panel.set_xlim(left=0.1)
-    panel.set_xlabel("way behind a rest (µm)")
+    panel.set_xlabel("travel behind a rest (µm)")
     panel.grid(alpha=0.3)
     panel.legend(fontsize=8, ncols=2)
 

@@ -23,10 +23,10 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from studies.feng_2015.production_days import Produced, Thermometer, no_thermometer, produce
 from studies.feng_2015.waveform_learning import learn_waveforms
+from studies.feng_2015.waveform_robustness import MACHINE
 from studies.random_plants import random_plant
 from twin.plant_file import load_plant
 
-MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 FIRST_SEED = 2000
 """Seeds of the tables from here on; those below 1100 were looked at while the schedule was made."""
 WARM_SHARE = (0.4, 1.4)

@@ -211,7 +211,7 @@ BEFORE = State(
     memory_2=1.0,
     memory_3=1.0,
     memory_4=0.9,
-    rest=Rest(still_s=3.0, stood_s=0.2, turned=True, way_m=2e-4, force_n=1.5),
+    rest=Rest(still_s=3.0, stood_s=0.2, turned=True, travel_m=2e-4, force_n=1.5),
 )
 
 

@@ -23,8 +23,8 @@ ONWARD, TURNED = (4.0, 6.0, 2.0, 0.0), (1.0, 2.0, 3.0, 0.0)
 TABLE = np.array([(0.3, *ONWARD, *TURNED), (30.0, *(2.0 * np.array(ONWARD)), *(3.0 * np.array(TURNED)))])
 
 
-def way_m(place: float) -> float:
-    """The way at a place between the forces of a row, from 0."""
+def travel_m(place: float) -> float:
+    """The travel at a place between the forces of a row, from 0."""
     return float(SPAN_M * (place / len(ONWARD)) ** 3)
 
 
@@ -44,14 +44,14 @@ def test_the_force_is_that_of_the_rest_and_the_way(
     *, turned: bool, forces_n: tuple[float, ...], growth: float
 ) -> None:
     for node, force_n in enumerate(forces_n[:-1], 1):
-        at_m = way_m(node)
+        at_m = travel_m(node)
         assert rest_force_n(TABLE, 0.3, turned, at_m) == pytest.approx(force_n)
         assert rest_force_n(TABLE, 30.0, turned, at_m) == pytest.approx(growth * force_n)
         assert rest_force_n(TABLE, 3.0, turned, at_m) == pytest.approx(0.5 * (1.0 + growth) * force_n)
         assert rest_force_n(TABLE, 1e4, turned, at_m) == pytest.approx(growth * force_n)  # held above
         assert rest_force_n(TABLE, 0.03, turned, at_m) == pytest.approx(0.1 * force_n)  # fades below
     between = 0.5 * (forces_n[0] + forces_n[1])
-    assert rest_force_n(TABLE, 0.3, turned, way_m(1.5)) == pytest.approx(between)
+    assert rest_force_n(TABLE, 0.3, turned, travel_m(1.5)) == pytest.approx(between)
     assert rest_force_n(TABLE, 0.3, turned, 0.0) == 0.0
     assert rest_force_n(TABLE, 0.3, turned, SPAN_M) == 0.0
 
@@ -64,7 +64,7 @@ def test_a_rest_begins_where_the_command_stops_and_acts_into_the_new_direction()
         assert (moved.stood_s, moved.turned, moved.still_s) == (rest.still_s, turned, 0.0)
         expected_n = math.copysign(rest_force_n(TABLE, 0.3, turned, 1e-5), step_m)
         assert moved.force_n == pytest.approx(expected_n)
-    assert after(rest, [1e-5] * 102).force_n == 0.0  # the way is passed
+    assert after(rest, [1e-5] * 102).force_n == 0.0  # the travel is passed
 
 
 def test_a_stop_for_some_cycles_does_not_undo_a_long_rest() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hil_sim.physics.friction import dwell_dependent_breakaway
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learning import waveform_run
-from servo_ctrl.learning.rest_force import ITERATIONS, resting_s, strokes_of
+from servo_ctrl.learning.rest_force import ITERATIONS, rest_time_s, strokes_of
 from servo_ctrl.learning.rest_strokes import moves_behind_rests, rest_starts
 from servo_ctrl.learning.waveform_run import WaveformRun
 from servo_ctrl.motion.move import Dwell, Move
@@ -73,7 +73,7 @@ def test_rests_are_counted_in_strokes_and_time(learned: LearnedWaveforms) -> Non
     settings = ErrorStrokes(MACHINE, PLANT, "x").settings
     assert settings.rests_s == (0.3, 3.0)
     assert WaveformRun(settings).outlook.strokes_total == 58 + 2 * ITERATIONS
-    rests_s = sum(map(resting_s, strokes_of(settings)))
+    rests_s = sum(map(rest_time_s, strokes_of(settings)))
     assert rests_s == pytest.approx(ITERATIONS * 4 * 3.3)
     assert learned.learned.machine_time_s > rests_s
     assert WaveformRun(settings._replace(rests_s=())).outlook.strokes_total == 58
