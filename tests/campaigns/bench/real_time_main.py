@@ -2,20 +2,18 @@
 
 Run as `python -m tests.campaigns.bench.real_time_main --json FILE --minutes 10 --runs 10`. Each run makes
 circles at 1 kHz and records them, under SCHED_OTHER and SCHED_FIFO in turn; `cyclictest` measures the same
-computer for a minute right after it, with the browser still there.
+computer for a minute right after it, with the browser still there. The file is written after each run; called
+again, the program goes on behind the last one in it.
 """
 
 import asyncio
-import contextlib
 import itertools
 import json
 import os
-import signal
 import sys
 import tempfile
-import time
 from collections import Counter
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -32,6 +30,7 @@ from servo_ctrl.hil_rig.simulated_machine import SimulatorError, simulated_machi
 from tests.campaigns.bench import cyclictest
 from tests.campaigns.bench.main import machine_facts, write_whole
 from tests.campaigns.bench.process_time import stolen_s
+from tests.campaigns.bench.scope_browser import opened_browser
 from tests.campaigns.bench.tick_lateness import (
     LATE_AIM,
     MACHINE,
@@ -41,7 +40,6 @@ from tests.campaigns.bench.tick_lateness import (
     SHARES,
     Ticks,
 )
-from tests.support.browser_program import CHROMIUM
 from tests.support.free_port import free_tcp_port
 
 TURN_S = 3.14
@@ -49,14 +47,8 @@ TURN_S = 3.14
 YARDSTICK_S = 60.0
 RATIO_AIM = 2.0
 """Bounds the 99th percentile of the lateness in those of `cyclictest`."""
-GIVE_WAY = ("sh", "-c", 'echo 19 > /proc/self/autogroup; exec "$0" "$@"')
-"""Starts a program that gives way: Linux shares processors among sessions first, without `nice`; sched(7)."""
 SETTLED_S = 15.0
 """Time until page and browser have started: their start is not what is measured."""
-BROWSER = (
-    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"),
-    *("--no-first-run", "--remote-debugging-port=0"),
-)
 
 
 class Run(NamedTuple):
@@ -92,21 +84,29 @@ class Run(NamedTuple):
         }
 
 
-async def measure(minutes: float, runs: int, progress: Callable[[str], None]) -> list[Run]:
-    """Make the runs, under each policy in turn. A policy that is not permitted is left out."""
-    made: list[Run] = []
-    for number, (policy, fifo) in itertools.islice(enumerate(itertools.cycle(POLICIES.items())), runs):
-        progress(f"{policy}, run {number + 1} of {runs}, {minutes:g} min and one of cyclictest")
+def runs_to_make(made: list[dict[str, Any]], runs: int) -> Iterator[str]:
+    """Yield the policies of the runs that are left to make: each in turn, without those made."""
+    kept = Counter(run["policy"] for run in made)
+    for policy in itertools.islice(itertools.cycle(POLICIES), runs):
+        if kept[policy]:
+            kept[policy] -= 1
+        else:
+            yield policy
+
+
+async def measure(
+    policies: Iterable[str], minutes: float, progress: Callable[[str], None]
+) -> AsyncIterator[dict[str, Any]]:
+    """Make a run of each policy; yield its figures. A policy that is not permitted is left out."""
+    for policy in policies:
+        progress(f"{policy}: {minutes:g} min and one of cyclictest")
+        started, load = datetime.now(UTC).isoformat(timespec="seconds"), os.getloadavg()[0]
         try:
-            run = await _run(policy, minutes, fifo=fifo)
+            run = await _run(policy, minutes, fifo=POLICIES[policy])
         except (RealtimeError, SimulatorError) as error:
             progress(f"{policy}: {error}")
             continue
-        made.append(run)
-        missed, late = run.ticks.missed, run.ticks.late_cycles
-        end = run.reason or "done"
-        progress(f"{run.ticks.served} ticks, {missed} missed, {late} with late inputs; {end}")
-    return made
+        yield {"started": started, "load_before": load, **run.as_json()}
 
 
 async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
@@ -125,7 +125,7 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
         page = [sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(link), "--listen", address]
         async with (
             kept_running([*page, "--recordings", str(folder)], print),
-            _browser(address, folder),
+            opened_browser(address, folder),
             simulated_machine(MACHINE, "realtime", fifo=fifo) as bus,
         ):
             await asyncio.sleep(SETTLED_S)
@@ -144,45 +144,6 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
             loops = round(YARDSTICK_S * 1e6 / period_us)
             yardstick = await asyncio.to_thread(cyclictest.run, loops, period_us, fifo=fifo)
     return Run(policy, Ticks.of(report), yardstick, report.reason, taken_s)
-
-
-@contextlib.asynccontextmanager
-async def _browser(address: str, folder: Path) -> AsyncIterator[None]:
-    """A browser with the Scope page, opened as soon as this is served: its start stalls a small computer."""
-    if CHROMIUM is None:
-        raise typer.BadParameter("there is no Chromium; install Debian's chromium-headless-shell")
-    opening = asyncio.create_task(_open(CHROMIUM, address, folder))
-    try:
-        yield
-    finally:
-        opening.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await opening
-
-
-async def _open(program: str, address: str, folder: Path) -> None:
-    host, port = address.split(":")
-    while True:
-        try:
-            _, writer = await asyncio.open_connection(host, int(port))
-        except OSError:
-            await asyncio.sleep(0.2)
-            continue
-        writer.close()
-        break
-    browser = await asyncio.create_subprocess_exec(
-        *(*GIVE_WAY, program, *BROWSER, f"--user-data-dir={folder / 'browser'}", f"http://{address}/scope"),
-        stdin=asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.DEVNULL,
-        stderr=asyncio.subprocess.DEVNULL,
-        start_new_session=True,  # Debian's program is a script that starts the browser
-    )
-    try:
-        await browser.wait()
-    finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(browser.pid, signal.SIGKILL)
-        await browser.wait()
 
 
 def table_of(runs: list[dict[str, Any]]) -> Table:
@@ -213,29 +174,48 @@ def table_of(runs: list[dict[str, Any]]) -> Table:
     return table
 
 
+def kept_runs(json_file: Path, minutes: float, machine: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the runs of an earlier call; [] without a file. Runs of other conditions are refused."""
+    if not json_file.exists():
+        return []
+    try:
+        kept = json.loads(json_file.read_text(encoding="utf-8"))
+        runs, conditions = kept["runs"], (kept["minutes"], kept["machine"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise typer.BadParameter(f"{json_file} is no file of this benchmark: {error}") from error
+    if conditions != (minutes, machine):
+        raise typer.BadParameter(f"{json_file} has runs of another length or computer: name another file")
+    return list(runs)
+
+
 def main(
-    json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
+    json_file: Annotated[Path, typer.Option("--json", help="Where the figures go; its runs are kept.")],
     minutes: Annotated[float, typer.Option(min=0.1, help="Of each run.")] = 10.0,
-    runs: Annotated[int, typer.Option(min=1, help="Runs, under both policies in turn.")] = 10,
+    runs: Annotated[int, typer.Option(min=1, help="Runs in the file, under both policies in turn.")] = 10,
 ) -> None:
-    """Measure, print a table, write the JSON file whole."""
-    console = Console()
-    started, load = datetime.now(UTC), os.getloadavg()[0]
-    begun_s = time.monotonic()
-    made = [run.as_json() for run in asyncio.run(measure(minutes, runs, console.print))]
-    result = {
-        "started": started.isoformat(timespec="seconds"),
-        "duration_s": round(time.monotonic() - begun_s, 1),
-        "machine": {**machine_facts(), "load_before": load},
-        "minutes": minutes,
-        "runs": made,
-    }
-    write_whole(json_file, json.dumps(result, indent=2) + "\n")
+    """Measure until the file has all runs; it is written whole after each. Print a table."""
+    console, machine = Console(), machine_facts()
+    made = kept_runs(json_file, minutes, machine)
+
+    async def add_runs() -> None:
+        async for run in measure(list(runs_to_make(made, runs)), minutes, console.print):
+            made.append(run)
+            kept = {"machine": machine, "minutes": minutes, "runs": made}
+            write_whole(json_file, json.dumps(kept, indent=2) + "\n")
+            end = run["reason"] or "done"
+            console.print(
+                f"{run['ticks']} ticks, {run['missed']} missed, {run['late_cycles']} with late inputs; {end}"
+            )
+
+    try:
+        asyncio.run(add_runs())
+    except KeyboardInterrupt:
+        console.print("interrupted; call again to go on")
     console.print(table_of(made))
-    for run in made:
+    for number, run in enumerate(made, 1):
         if run["reason"]:
-            console.print(f"{run['policy']} stopped: {run['reason']}")
-    console.print(f"written to {json_file}")
+            console.print(f"run {number}, {run['policy']}, stopped: {run['reason']}")
+    console.print(f"{len(made)} of {runs} runs in {json_file}")
 
 
 if __name__ == "__main__":
