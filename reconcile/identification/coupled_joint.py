@@ -7,10 +7,13 @@ the other takes effects that resemble their sum. They are sought together.
 
 from collections.abc import Iterator, Sequence
 
+from kernels.arrays import Index
 from reconcile.catalogue.gravity import ENTRY as GRAVITY
 from reconcile.catalogue.gravity_of_outer_link import ENTRY as WEIGHT
 from reconcile.catalogue.joint_coupling import ENTRY as COUPLING
-from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.identification.refinement import datasets_with_force
+from reconcile.regression.candidate_term import CandidateTerm, TermKey
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation
 
 SOUGHT_TOGETHER = frozenset({COUPLING.name, WEIGHT.name})
@@ -21,7 +24,28 @@ recording, in which all joints may have moved in a fixed relation. Chosen on mea
 joints left 0.05 to 0.35 in any four recordings and more; one recording of other robots 0.3 to 0.8."""
 
 
-def coupled_joint(validation: CrossValidation) -> list[CandidateTerm]:
+def beside_coupled_joint(
+    problem: RegressionProblem, train: Index, spare: int
+) -> tuple[RegressionProblem, list[TermKey]]:
+    """The problem scanned anew with the force of a joint that moves this one, and the terms of that joint.
+
+    Some candidates are read off what a model leaves of the force: lines of its spectrum, places of a bump. No
+    coupling may be in it. Without such a joint the problem as it is, and no terms.
+    """
+    joint = _coupled_joint(CrossValidation(problem.equations, train))
+    if not joint:
+        return problem, []
+    scanned = regression_problem(
+        datasets_with_force(problem, joint, train),
+        problem.channel,
+        [(c.effect, c.shape_parameters) for c in joint],
+        model_terms=problem.model_terms,
+        spare=spare,
+    )
+    return scanned, [c.key for c in joint]
+
+
+def _coupled_joint(validation: CrossValidation) -> list[CandidateTerm]:
     """Return the terms of the joint that predicts the force best on held-out folds; empty without one."""
     candidates = validation.equations.candidates
     own = [c for c in candidates if c.effect == GRAVITY.name and not c.per_recording][:1]

@@ -53,6 +53,20 @@ def refine(
         best = simpler
 
 
+def datasets_with_force(
+    problem: RegressionProblem, chosen: list[CandidateTerm], train: Index
+) -> Sequence[RegressionData]:
+    """The datasets with the force of the model of these terms; unchanged in the deviation."""
+    if problem.channel is not ResidualChannel.FORCE:
+        return problem.datasets
+    equations = problem.equations
+    slots = equations.slots(chosen)
+    weights = equations.denormalised(slots, equations.solve(slots, equations.totals(train)))
+    return [
+        with_identified_force(problem, recording, slots, weights) for recording in range(equations.recordings)
+    ]
+
+
 def _refine_shapes(
     scanned_problem: RegressionProblem, chosen: list[CandidateTerm], train: Index
 ) -> tuple[RegressionProblem, list[CandidateTerm]]:
@@ -60,7 +74,7 @@ def _refine_shapes(
     alone = [(c, [c.shape_parameters]) for c in chosen]
     problem, best = _best_shapes(scanned_problem, scanned_problem.datasets, alone, train)
     for step in (0.0, *GRID_RATIOS):
-        datasets = _with_model_force(problem, best, train)
+        datasets = datasets_with_force(problem, best, train)
         options = [(c, _shape_options(datasets, scanned_problem.channel, c, step)) for c in best]
         problem, best = _best_shapes(scanned_problem, datasets, options, train)
     return problem, best
@@ -122,20 +136,6 @@ def _shape_options(
 
 def _scaled(shape: ShapeParameters, at: int, factor: float) -> ShapeParameters:
     return (*shape[:at], factor * shape[at], *shape[at + 1 :])
-
-
-def _with_model_force(
-    problem: RegressionProblem, chosen: list[CandidateTerm], train: Index
-) -> Sequence[RegressionData]:
-    """The datasets with the force of the whole model; unchanged in the deviation."""
-    if problem.channel is not ResidualChannel.FORCE:
-        return problem.datasets
-    equations = problem.equations
-    slots = equations.slots(chosen)
-    weights = equations.denormalised(slots, equations.solve(slots, equations.totals(train)))
-    return [
-        with_identified_force(problem, recording, slots, weights) for recording in range(equations.recordings)
-    ]
 
 
 def _validated_squares(model: tuple[RegressionProblem, list[CandidateTerm]], train: Index) -> float:

@@ -16,7 +16,7 @@ from reconcile.catalogue.smooth_terms import KNOTS
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.absorbed_mass import absorbing_mass
-from reconcile.identification.coupled_joint import SOUGHT_TOGETHER, coupled_joint
+from reconcile.identification.coupled_joint import SOUGHT_TOGETHER, beside_coupled_joint
 from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import compare_rivals
@@ -47,7 +47,17 @@ MOST_SEARCHES = 3
 """Searches, each without the effects that were withdrawn after the one before. Chosen."""
 
 
+class _Scan(NamedTuple):
+    """What a search begins with: all candidate terms, and among them those of a joint that moves this one."""
+
+    problem: RegressionProblem
+    joint: list[TermKey]
+    train: Index
+    held_out: Index
+
+
 class _Selection(NamedTuple):
+    scan: _Scan
     refined: SelectedTerms
     scanned: list[CandidateTerm]
     """The same terms in the problem of all candidates, at the shape parameters of the scan."""
@@ -76,11 +86,12 @@ class TermSearch:
             for one in recordings
         ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
+        self._spare = rules.most_unnamed_terms * max(KNOTS) + MAP_COLUMNS + 1
         self.problem = regression_problem(
             [data._replace(spring=spring_of(model_terms)) for data in datasets],
             channel,
             model_terms=model_terms,
-            spare=rules.most_unnamed_terms * max(KNOTS) + MAP_COLUMNS + 1,
+            spare=self._spare,
         )
         self._train, self._held_out = training_and_held_out(self.problem)
         if not len(self._train):
@@ -98,17 +109,20 @@ class TermSearch:
             blocks if left_out is None else blocks[~np.isin(blocks, left_out)]
             for blocks in (self._train, self._held_out)
         )
-        return self._select(train, held_out)
+        if self.channel is not ResidualChannel.FORCE:
+            return self._select(_Scan(self.problem, [], train, held_out))
+        problem, joint = beside_coupled_joint(self.problem, train, self._spare)
+        return self._select(_Scan(problem, joint, train, held_out))
 
-    def _select(self, train: Index, held_out: Index, spring: TermKey | None = None) -> SelectedTerms:
+    def _select(self, scan: _Scan, spring: TermKey | None = None) -> SelectedTerms:
         """Select named terms, then unnamed ones; again beside a spring in what either leaves, if any."""
-        named = self._select_named(train, held_out, spring)
+        named = self._select_named(scan, spring)
         first = named.refined
         if self._is_noise(first):
             return first
         if spring is None and (found := self._spring_beside(first)):
-            return self._select(train, held_out, found)
-        unnamed = select_unnamed(first.problem, first.terms, train, self.rules)
+            return self._select(scan, found)
+        unnamed = select_unnamed(first.problem, first.terms, scan.train, self.rules)
         if not unnamed:
             return self._with_map(first, named)
         second = self._select_beside(unnamed, named)
@@ -117,7 +131,7 @@ class TermSearch:
         if "unknown" not in after and not after >= before:
             return self._with_map(first, named)
         if spring is None and (found := self._spring_beside(second)):
-            return self._select(train, held_out, found)
+            return self._select(scan, found)
         return self._with_map(second, named)
 
     def _with_map(self, before: SelectedTerms, named: _Selection) -> SelectedTerms:
@@ -136,12 +150,12 @@ class TermSearch:
             return None
         return spring_beside(selected.problem, selected.terms, selected.train)
 
-    def _select_named(self, train: Index, held_out: Index, spring: TermKey | None = None) -> _Selection:
+    def _select_named(self, scan: _Scan, spring: TermKey | None = None) -> _Selection:
         """Select named terms beside a `spring`, again without those that do not predict held-out folds."""
-        problem = extended(self.problem, [spring] if spring else [])
+        springs, train = [spring] if spring else [], scan.train
+        problem = extended(scan.problem, springs)
         validation = CrossValidation(problem.equations, train)
-        given = coupled_joint(validation) if self.channel is ResidualChannel.FORCE else []
-        given += [problem.equations.by_key[spring]] if spring else []
+        given = [problem.equations.by_key[key] for key in (*scan.joint, *springs)]
         withdrawn: list[WithdrawnEffect] = []
         for _ in range(MOST_SEARCHES):
             chosen = select(
@@ -157,12 +171,13 @@ class TermSearch:
         chosen = [c for c in chosen if c.effect in kept]
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         return _Selection(
+            scan=scan,
             refined=SelectedTerms(
                 inputs=self._inputs,
                 problem=refined,
                 terms=terms,
                 train=train,
-                held_out=held_out,
+                held_out=scan.held_out,
                 rivals=rivals,
                 withdrawn=withdrawn,
             ),
@@ -173,8 +188,8 @@ class TermSearch:
 
     def _select_beside(self, unnamed: Sequence[TermKey], before: _Selection) -> SelectedTerms:
         """Select named terms once more beside the `unnamed` ones."""
-        train = before.refined.train
-        wide = extended(self.problem, [*([before.spring] if before.spring else []), *unnamed])
+        train = before.scan.train
+        wide = extended(before.scan.problem, [*([before.spring] if before.spring else []), *unnamed])
         validation = CrossValidation(wide.equations, train)
         own = wide.equations.by_key
         previous, beside = [own[c.key] for c in before.scanned], [own[key] for key in unnamed]
