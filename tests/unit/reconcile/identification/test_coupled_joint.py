@@ -2,25 +2,41 @@
 
 import math
 
+import numpy as np
 import pytest
 from double_pendulum import ARM, INERTIA_2, INNER_WEIGHT, MASSES, OUTER_WEIGHT, recordings
 from known_axis import AXIS
 
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.coupled_joint import beside_coupled_joint
 from reconcile.identification.explain import Explanation, explain
+from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.parameter_estimates import Estimate
 from reconcile.identification.term_search import TermSearch
 from reconcile.regression.noisy_acceleration import motion_of
+from reconcile.regression.regression_data import low_pass_of
+from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.selection.selection_rules import SelectionRules
 
 COARSE_RAD = 2e-3
 """Count of an encoder of 3100 lines a turn: its noise needs as much torque as the motion."""
 
 
-def explained(joint: str, *, seed: int = 5, coupled: bool = True, count_rad: float = 1e-5) -> Explanation:
+def search_of(joint: str, *, seed: int = 5, coupled: bool = True, count_rad: float = 1e-5) -> TermSearch:
     axis = AXIS._replace(rotary=True, mass_kg=MASSES[joint], lead_m=2.0 * math.pi)
     recorded = [recordings(seed + k, coupled=coupled, count_rad=count_rad)[joint] for k in range(2)]
-    return explain(TermSearch(recorded, axis, ResidualChannel.FORCE, SelectionRules()))
+    return TermSearch(recorded, axis, ResidualChannel.FORCE, SelectionRules())
+
+
+def explained(joint: str, *, coupled: bool = True, count_rad: float = 1e-5) -> Explanation:
+    return explain(search_of(joint, coupled=coupled, count_rad=count_rad))
+
+
+def unexplained_n_m(problem: RegressionProblem) -> float:
+    """Low-passed torque that the model leaves, RMS: lines of its spectrum are candidates."""
+    data = problem.datasets[0]
+    left_n_m = low_pass_of(data)(data.force_n - data.model_force_n)
+    return float(np.std(left_n_m[problem.used[0]]))
 
 
 def found(explanation: Explanation) -> dict[str, dict[str, Estimate]]:
@@ -58,3 +74,15 @@ def test_a_coarse_encoder_hides_the_mass_only_above_the_corner() -> None:
     assert coarse.corner_hz <= 30.0 < fine.corner_hz
     coupling = found(explained("j2", count_rad=COARSE_RAD))["joint_coupling"]
     assert coupling["inertia_kg"].value == pytest.approx(INERTIA_2, rel=0.1)
+
+
+def test_candidates_are_read_off_a_torque_without_the_coupling() -> None:
+    scanned = search_of("j1").problem
+    beside, joint = beside_coupled_joint(scanned, training_and_held_out(scanned)[0], 0)
+    assert {effect for effect, *_ in joint} >= {"joint_coupling", "gravity_of_outer_link"}
+    assert unexplained_n_m(beside) < 0.1 * unexplained_n_m(scanned)
+
+
+def test_without_a_coupling_candidates_are_read_once() -> None:
+    scanned = search_of("j1", coupled=False).problem
+    assert beside_coupled_joint(scanned, training_and_held_out(scanned)[0], 0) == (scanned, [])
