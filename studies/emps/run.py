@@ -4,7 +4,6 @@ import asyncio
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
@@ -12,22 +11,17 @@ from servo_ctrl.hil_rig.simulated_run import simulated_run
 from servo_ctrl.plots.figures import Comparison, plot_against_measurement
 from studies.emps import comparison
 from studies.emps.comparison import EmpsResult
+from studies.markdown_table import markdown_table, titled
 
 
 def run_emps(data: Path, machine: Path, out: Path, json_file: Path | None) -> None:
     """Run the recorded reference of a real axis with the control law on the simulated axis, and compare."""
-    table = Table(title="EMPS: simulated axis against the real one")
-    for heading in ("record", "force error", "published", "position error", "RMS"):
-        table.add_column(heading, justify="left" if heading == "record" else "right")
-    figures = {}
+    rows, figures = [], {}
     for record, published in comparison.PUBLISHED_FORCE_ERROR_PERCENT.items():
         result = _run_record(data, machine, out, record)
-        table.add_row(
-            record,
-            f"{result.force_error_percent:.2f} %",
-            f"{published:.2f} %",
-            f"{result.position_error_percent:.5f} %",
-            f"{result.position_rms_um:.2f} um",
+        errors = (f"{result.force_error_percent:.2f} %", f"{published:.2f} %")
+        rows.append(
+            (record, *errors, f"{result.position_error_percent:.5f} %", f"{result.position_rms_um:.2f} um")
         )
         figures[record] = {
             "force_error_percent": result.force_error_percent,
@@ -36,7 +30,8 @@ def run_emps(data: Path, machine: Path, out: Path, json_file: Path | None) -> No
             "position_error_percent": result.position_error_percent,
             "position_rms_um": result.position_rms_um,
         }
-    Console().print(table)
+    heads = ("record", "force error", "published", "position error", "RMS")
+    Console().print(titled("EMPS: simulated axis against the real one", markdown_table(heads, rows)))
     write_figures(json_file, figures)
 
 

@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.markdown import Markdown
 
-from servo_ctrl.cli.circle_report import HEADINGS, draw_circles, indicator_table
+from servo_ctrl.cli.circle_report import draw_circles, indicator_table
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.hil_rig.simulated_run import simulated_run
 from servo_ctrl.metrology.circles import AXES, CircleResult, analyse_circles, figures_um
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED, relative_errors_percent
+from studies.feng_2015.study_tables import INDICATORS
+from studies.markdown_table import markdown_table, titled
 
 CAPTION = "in brackets: Feng et al. 2015, table 3, without compensation"
 
@@ -60,12 +62,8 @@ def summary(results: list[CircleResult]) -> dict[str, Any]:
     }
 
 
-def error_table(errors: dict[int, dict[str, float]]) -> Table:
+def error_table(errors: dict[int, dict[str, float]]) -> Markdown:
     """Return the relative errors (%) of the indicators of x against the published ones, by feed (mm/min)."""
-    table = Table(title="x axis against the published figures: relative errors, %")
-    table.add_column("F mm/min", justify="right")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
-    for feed, row in errors.items():
-        table.add_row(str(feed), *(f"{error:+.1f}" for error in row.values()))
-    return table
+    rows = [(str(feed), *(f"{error:+.1f}" for error in row.values())) for feed, row in errors.items()]
+    title = "x axis against the published figures: relative errors, %"
+    return titled(title, markdown_table(("F mm/min", *INDICATORS), rows))

@@ -4,12 +4,13 @@ import asyncio
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
+from rich.markdown import Markdown
 
 from servo_ctrl.cli.figures_file import write_figures
 from studies.feng_2015.drift import AXIS, Drift, drift_figures, run_drift
 from studies.feng_2015.plots import EvaluationTrace, plot_evaluations
 from studies.feng_2015.twin_learning import learn_in_twin
+from studies.markdown_table import markdown_table, titled
 
 
 def drift_study(
@@ -50,16 +51,14 @@ def drift_study(
     write_figures(json_file, drift_figures(result))
 
 
-def _table(result: Drift) -> Table:
-    table = Table(title=f"J of axis {AXIS}, um; J_required {result.required_m * 1e6:g} um")
-    for heading in ("production", "from", "median J", "J_required"):
-        table.add_column(heading, justify="left" if heading == "production" else "right")
+def _table(result: Drift) -> Markdown:
     begins_s = (0.0, result.instants.friction_changes_s, result.instants.learning_done_s)
-    for begin_s, (name, evaluation_m) in zip(begins_s, result.parts_m().items(), strict=True):
-        kept = evaluation_m <= result.required_m
-        mark = "[green]kept[/green]" if kept else "[bold red]exceeded[/bold red]"
-        table.add_row(name, f"{begin_s:.0f} s", f"{evaluation_m * 1e6:.2f}", mark)
-    return table
+    rows = [
+        (name, f"{begin_s:.0f} s", f"{j_m * 1e6:.2f}", "kept" if j_m <= result.required_m else "**exceeded**")
+        for begin_s, (name, j_m) in zip(begins_s, result.parts_m().items(), strict=True)
+    ]
+    title = f"J of axis {AXIS}, um; J_required {result.required_m * 1e6:g} um"
+    return titled(title, markdown_table(("production", "from", "median J", "J_required"), rows))
 
 
 def _draw(path: Path, result: Drift) -> None:

@@ -11,7 +11,7 @@ from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
 from studies.feng_2015.bus_learning import BusLearning, learn_over_bus
 from studies.feng_2015.pictures import draw_study
-from studies.feng_2015.report import print_study
+from studies.feng_2015.report import print_figures
 from studies.feng_2015.strokes import RepeatedStroke, drawn_strokes, repeat_strokes
 from studies.feng_2015.study import FrictionStudy, cells, summary
 from studies.feng_2015.twin_learning import TwinLearning, TwinStroke, learn_in_twin
@@ -51,10 +51,11 @@ def friction_study(
         processor_s=_processor_s(),
         waveforms=waveforms,
     )
-    print_study(console, study)
+    figures = summary(study)
+    print_figures(console, figures)
     for picture in draw_study(machine, study, out):
         console.print(f"picture: {picture}", highlight=False)
-    write_figures(json_file, summary(study))
+    write_figures(json_file, figures)
 
 
 def _processor_s() -> float:

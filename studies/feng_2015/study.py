@@ -53,7 +53,7 @@ class FrictionStudy(NamedTuple):
     wall_s: float
     processor_s: float
     """Seconds on processors, of all programs of the study."""
-    waveforms: WaveformStudy | None = None
+    waveforms: WaveformStudy
     """Learned waveforms, and rivals in the batch twin."""
 
 
@@ -100,13 +100,11 @@ def missed(found: list[Cell]) -> list[ReductionBar]:
 
 
 def all_cells(study: FrictionStudy) -> list[Cell]:
-    """Return the cells of all variants, including the learned waveforms where they were studied."""
-    found = cells(study.results)
-    if study.waveforms is None:
-        return found
+    """Return the cells of all variants, and of the learned waveforms."""
     figures = study.waveforms.figures
     return [
-        cell._replace(figures={**cell.figures, WAVEFORM: figures[cell.group, cell.label]}) for cell in found
+        cell._replace(figures={**cell.figures, WAVEFORM: figures[cell.group, cell.label]})
+        for cell in cells(study.results)
     ]
 
 
@@ -121,7 +119,7 @@ def summary(study: FrictionStudy) -> dict[str, Any]:
         ],
         "s_shaped": [{"name": cell.label, **_entry(cell)} for cell in found if cell.group == "S"],
         "learning": _learning(study),
-        "rivals": [] if study.waveforms is None else study.waveforms.rivals,
+        "rivals": study.waveforms.rivals,
         "bars_missed": [
             {
                 "where": f"{bar.cell.group} {bar.cell.label}",
@@ -177,8 +175,7 @@ def _learning(study: FrictionStudy) -> dict[str, Any]:
             "times_real_time": study.bus.times_real_time,
             "axes": {axis: _outcome(learned) for axis, learned in study.bus.axes.items()},
         }
-    if study.waveforms is not None:
-        figures["waveforms"] = learning_figures(study.waveforms)
+    figures["waveforms"] = learning_figures(study.waveforms)
     figures["repeated_on_bus"] = {
         "seed": study.seed,
         "strokes": [

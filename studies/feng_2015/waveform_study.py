@@ -24,8 +24,6 @@ class WaveformStudy(NamedTuple):
     axes: dict[str, LearnedWaveforms]
     rivals: list[dict[str, Any]]
     wall_s: float
-    made: str = "bus, in lockstep"
-    """How the figures were measured."""
 
 
 def learn_all(machine: Path, store: Path) -> WaveformStudy:
@@ -49,7 +47,7 @@ def learning_figures(study: WaveformStudy) -> dict[str, Any]:
     """Return strokes, and J from stroke to stroke at each acceleration, for JSON."""
     return {
         "made": "batch twin",
-        "judged": study.made,
+        "judged": "bus, in lockstep",
         "wall_s": study.wall_s,
         "axes": {
             axis: {

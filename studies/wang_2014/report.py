@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
+from rich.markdown import Markdown
 
+from studies.markdown_table import markdown_table, titled
 from studies.wang_2014.bus_study import BusCheck
 from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
 from studies.wang_2014.readings import Deviations
@@ -43,43 +43,28 @@ def print_study(console: Console, found: Found, checks: list[BusCheck]) -> None:
         )
 
 
-def _simple(found: Found) -> Table:
-    table = Table(
-        title="Deviations by the scale, um: largest (mean) of all readings",
-        caption="published: Wang et al. 2014, at 100 mm; slope: of the means over the targets, nm/mm",
-    )
-    table.add_column("stage", no_wrap=True)
-    for heading in ("at 100 mm", "published", "over travel", "slope"):
-        table.add_column(heading, justify="right", no_wrap=True)
+def _simple(found: Found) -> Markdown:
     at_100mm, over_travel = (simple_figures(found, series.name) for series in (AT_100MM, OVER_TRAVEL))
-    for stage in STAGES:
-        if stage not in at_100mm and stage not in over_travel:
-            continue
+    rows = []
+    for stage in (name for name in STAGES if name in at_100mm or name in over_travel):
         cells = [
             f"{figures[stage].largest_um:.2f} ({figures[stage].mean_um:.2f})" if stage in figures else ""
             for figures in (at_100mm, over_travel)
         ]
         published = f"{WANG_2014_UM[stage]:.2f}" if stage in WANG_2014_UM else ""
         slope = f"{over_travel[stage].slope_um_mm * 1e3:.1f}" if stage in over_travel else ""
-        table.add_row(stage, cells[0], published, cells[1], slope, end_section=stage == "smoothed")
-    return table
+        rows.append((stage, cells[0], published, cells[1], slope))
+    heads = ("stage", "at 100 mm", "published at 100 mm", "over travel", "slope of the means, nm/mm")
+    return titled("Deviations by the scale, um: largest (mean) of all readings", markdown_table(heads, rows))
 
 
-def _iso(found: Found, series: str) -> Table:
-    table = Table(
-        title=f"ISO 230-2, um: {series}",
-        caption="by an ideal interferometer at the measured point",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        padding=(0, 1, 0, 0),
-    )
-    table.add_column("stage", no_wrap=True)
-    for heading in ("A", "up", "down", "R", "up", "down", "E", "up", "down", "B"):
-        table.add_column(heading, justify="right", no_wrap=True)
+def _iso(found: Found, series: str) -> Markdown:
+    rows = []
     for stage, figures in iso_figures(found, series).items():
         each = (figures, figures.up, figures.down)
         names = ("accuracy_m", "repeatability_m", "systematic_m")
         values = [getattr(one, name) for name in names for one in each]
-        cells = (f"{value * UM:.2f}" for value in (*values, figures.reversal_m))
-        table.add_row(stage, *cells, end_section=stage == "smoothed")
-    return table
+        rows.append((stage, *(f"{value * UM:.2f}" for value in (*values, figures.reversal_m))))
+    title = f"ISO 230-2, um, by an ideal interferometer at the measured point: {series}"
+    heads = ("stage", "A", "up", "down", "R", "up", "down", "E", "up", "down", "B")
+    return titled(title, markdown_table(heads, rows))

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.markdown import Markdown
 
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learning.performance import reversals
+from studies.markdown_table import markdown_table, titled
 from studies.xia_fuzzy_pd.plots import plot_sines, plot_steps, plot_surface, plot_velocity_step
 from studies.xia_fuzzy_pd.study import (
     AXIS,
@@ -50,21 +51,17 @@ def run_fuzzy(machine: Path, out: Path, json_file: Path | None) -> None:
     write_figures(json_file, study_figures(results))
 
 
-def _table(results: dict[str, LawResult]) -> Table:
-    table = Table(title="Position laws on the table with friction and backlash")
-    table.add_column("figure")
-    for law in results:
-        table.add_column(NAMES[law], justify="right")
-    rows = {
+def _table(results: dict[str, LawResult]) -> Markdown:
+    texts = {
         "step: overshoot": lambda result: f"{result.step.overshoot_pct:.2f} %",
         "step: settling within 2 %": lambda result: f"{result.step.settling_s * 1e3:.0f} ms",
         "sine: RMS error": lambda result: f"{result.sine.rms_um:.1f} um",
         "sine: peak error": lambda result: f"{result.sine.peak_um:.1f} um",
         "sine: dead time at the reversal": lambda result: f"{result.sine.dead_time_s * 1e3:.1f} ms",
     }
-    for name, text in rows.items():
-        table.add_row(name, *map(text, results.values()))
-    return table
+    rows = [(name, *map(text, results.values())) for name, text in texts.items()]
+    heads = ("figure", *(NAMES[law] for law in results))
+    return titled("Position laws on the table with friction and backlash", markdown_table(heads, rows))
 
 
 def _draw(machine: Path, out: Path, results: dict[str, LawResult], velocity: Trace) -> list[Path]:

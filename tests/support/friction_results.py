@@ -10,13 +10,15 @@ from servo_ctrl.metrology.circles import CircleResult, ReversalFigures
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from studies.feng_2015.s_shapes import SShapeResult
 from studies.feng_2015.strokes import RepeatedStroke
-from studies.feng_2015.study import FrictionStudy
+from studies.feng_2015.study import FrictionStudy, cells
 from studies.feng_2015.twin_learning import LearnedAxis, TwinLearning, TwinStroke
 from studies.feng_2015.variants import VariantResult
+from studies.feng_2015.waveform_study import WaveformStudy
 
 STROKE = Stroke("coarse", 0.008, Pulse(0.1, 0.0004))
 WITHOUT_UM = (20.0, 6.0, 20.0, 10.0)
 """Contour peak, mean, peak, RMS without compensation."""
+WAVEFORM_UM = ReversalFigures(0.5, 0.1, 0.5, 0.2)
 
 
 def learned(after_m: float = 0.8e-6, strokes: int = 1600) -> Learned:
@@ -77,6 +79,7 @@ def study(pulse: float = 0.15, observer: float = 0.6) -> FrictionStudy:
         "WFC_single": variant(0.5),
     }
     repeated = [RepeatedStroke("x", STROKE, 1e-6, 1e-6)]
+    by_waveform = {(cell.group, cell.label): WAVEFORM_UM for cell in cells(results)}
     return FrictionStudy(
         results=results,
         paper=twin(0.8e-6, 1600),
@@ -86,4 +89,5 @@ def study(pulse: float = 0.15, observer: float = 0.6) -> FrictionStudy:
         bus=None,
         wall_s=200.0,
         processor_s=250.0,
+        waveforms=WaveformStudy(by_waveform, {}, [{"name": "observer"}], 20.0),
     )

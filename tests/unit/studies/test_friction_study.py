@@ -11,9 +11,8 @@ from servo_ctrl.metrology.circles import ReversalFigures
 from studies.feng_2015.pictures import draw_study
 from studies.feng_2015.published import FENG_2015_X_OBSERVER, FENG_2015_X_PULSE
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED as WITHOUT
-from studies.feng_2015.report import print_study
+from studies.feng_2015.report import print_figures
 from studies.feng_2015.study import Cell, bars, cells, missed, reductions_percent, summary
-from studies.feng_2015.waveform_study import WaveformStudy
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
@@ -65,7 +64,7 @@ def test_the_json_has_every_cell_with_the_four_indicators_of_each_variant() -> N
 
 def _printed(**shares: float) -> str:
     console = Console(width=80, record=True, file=io.StringIO())
-    print_study(console, study(**shares))
+    print_figures(console, summary(study(**shares)))
     return console.export_text()
 
 
@@ -96,14 +95,9 @@ def test_pictures_are_drawn_of_functions_quadrants_contours_and_s_shapes(tmp_pat
 
 
 def test_learned_waveforms_and_rivals_stand_beside_the_variants_of_the_bus() -> None:
-    without = study()
-    found = cells(without.results)
-    figures = {(cell.group, cell.label): ReversalFigures(0.5, 0.1, 0.5, 0.2) for cell in found}
-    rivals = [{"name": "observer"}]
-    whole = summary(without._replace(waveforms=WaveformStudy(figures, {}, rivals, 20.0)))
+    whole = summary(study())
     for entry in whole["circle"] + whole["s_shaped"]:
         assert entry["LWC"]["contour_peak_um"] == 0.5
         assert entry["reductions_percent"]["LWC"]["peak"] == pytest.approx(97.5)
         assert "WFC_single" in entry["reductions_percent"]
-    assert whole["rivals"] == rivals
-    assert summary(without)["rivals"] == []
+    assert whole["rivals"] == [{"name": "observer"}]
