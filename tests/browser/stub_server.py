@@ -21,9 +21,9 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.admission import load_access
 from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.app import serve
-from servo_ctrl.hmi.diagnosis import job
+from servo_ctrl.hmi.diagnosis import diagnoses
 from servo_ctrl.hmi.shell.open_page import PageServices
-from servo_ctrl.hmi.tuning import job as tuning_job
+from servo_ctrl.hmi.tuning import page_tunings
 
 
 def steer(link: StubLink, control: ControlRight) -> None:
@@ -58,9 +58,9 @@ if __name__ == "__main__":
     port, out = int(sys.argv[1]), Path(sys.argv[2])
     access, certificate, key = [Path(name) for name in sys.argv[3:]] or [None, None, None]
     here = Path(__file__)
-    job.installed_command = lambda: (sys.executable, str(here.with_name("diagnosis_stand_in.py")))
+    diagnoses.installed_command = lambda: (sys.executable, str(here.with_name("diagnosis_stand_in.py")))
     real, stand_in = Path(sys.executable).with_name("servo-ctrl"), here.with_name("tuning_stand_in.py")
-    tuning_job.installed_command = lambda: (sys.executable, str(stand_in), str(real))
+    page_tunings.installed_command = lambda: (sys.executable, str(stand_in), str(real))
     stub = StubLink()
     right = ControlRight()
     steer(stub, right)

@@ -12,15 +12,15 @@ from page_in_process import PageInProcess
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.shell.parts import configure_elements
-from servo_ctrl.hmi.tuning import job as tuning_job
 from servo_ctrl.hmi.tuning import page as tuning
+from servo_ctrl.hmi.tuning import page_tunings
 
 
 async def test_the_table_moves_for_its_tuning_until_the_visitor_gives_up_control(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    program = str(commands_folder() / "servo-ctrl"), *tuning_job.ARGUMENTS
-    monkeypatch.setattr(tuning_job, "installed_command", lambda: program)
+    program = str(commands_folder() / "servo-ctrl"), *page_tunings.ARGUMENTS
+    monkeypatch.setattr(page_tunings, "installed_command", lambda: program)
     async with operated(bench, tmp_path, None, serve=True) as table, user_simulation() as user:
         configure_elements()
         page = PageInProcess(user, tmp_path, table.link)

@@ -60,11 +60,11 @@ class DiagnosisCards:
 
     def refresh(self, _status: MachineStatus | None = None) -> None:
         """Show the progress of the diagnosis, and its result once it has ended."""
-        jobs = self._diagnoses.jobs.jobs
+        jobs = self._diagnoses.jobs
         if jobs and jobs[-1] is not self._newest:  # a new one is shown to everybody
             self._newest = self._shown = jobs[-1]
         job = self._shown
-        self._view.show(job, running=self._diagnoses.jobs.running is not None)
+        self._view.show(job, running=self._diagnoses.running is not None)
         if job is None:
             return
         if (job.key, job.state) != self._shown_result:

@@ -1,11 +1,14 @@
 """Jobs of the page: an installed program, one at a time, in a process of its own.
 
-The program is started, prints its steps in JSON, and writes files into the directory of the job.
+The program is started, prints its steps in JSON, and writes files into the directory of the job. A log says
+who started, cancelled or accepted what.
 """
 
 import asyncio
 import contextlib
+import json
 import logging
+import os
 import secrets
 import signal
 from collections.abc import Awaitable, Sequence
@@ -17,8 +20,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from servo_ctrl.commands.local_messages import Requester
+from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.hmi.languages.texts import word
 from servo_ctrl.hmi.shell.program_process import JobError, lines_of, signal_group, started_process
+from servo_ctrl.recording.command_log import append_line
 
 INTERRUPT_TIMEOUT_S = 10.0
 """Bounds the wait for the program to end after SIGINT, seconds, before it is killed; chosen: it ends at
@@ -90,8 +96,9 @@ class Job:
 class ProgramJobs:
     """The jobs of one program in this process, each in a directory below `directory`."""
 
-    def __init__(self, directory: Path, program: str) -> None:
+    def __init__(self, directory: Path, program: str, log_file: str) -> None:
         self.directory = directory
+        self._log_file = directory / log_file
         self.jobs: list[Job] = []
         """The newest last."""
         self._program = program
@@ -114,8 +121,10 @@ class ProgramJobs:
         # as bytes: of texts, only ASCII can be compared
         return next((j for j in self.jobs if secrets.compare_digest(j.key.encode(), key.encode())), None)
 
-    async def launch(self, command: Awaitable[Sequence[str]], subjects: Sequence[str], who: str) -> Job:
-        """Start the program with its arguments and `--out`; `busy` is asked before.
+    async def launch(
+        self, command: Awaitable[Sequence[str]], subjects: Sequence[str], who: Requester, **details: object
+    ) -> Job:
+        """Start the program with its arguments and `--out`, and log it; `busy` is asked before.
 
         `command` has checked them before it returns them. Raises ServoCtrlError with the reason when it
         cannot be started.
@@ -129,16 +138,27 @@ class ProgramJobs:
             except OSError as error:
                 raise JobError(f"{directory}: cannot be made: {error.strerror}") from None
             self._process = await started_process([*arguments, "--out", str(directory)])
-            job = Job(directory, tuple(subjects), who, started)
+            job = Job(directory, tuple(subjects), who.user, started)
             self.jobs = [*self.jobs, job][-MAX_JOBS:]
             self._task = asyncio.create_task(_follow(job, self._process, self._program))
+        await self.log(who, "start", job, **details)
         return job
 
-    async def cancel(self) -> None:
-        """Interrupt the running job as Ctrl-C would, kill it if it does not end, and wait for its end."""
+    async def log(self, who: Requester, what: str, job: Job, **details: object) -> None:
+        """Log what somebody did to a job, with these details."""
+        details = {"role": who.role, "address": who.address, "job": job.directory.name, **details}
+        await asyncio.to_thread(log_action, self._log_file, who.user, what, details)
+
+    async def cancel(self, who: Requester | None = None) -> None:
+        """Interrupt the running job as Ctrl-C would, kill it if it does not end, and wait for its end.
+
+        `who` asked for it; None: nobody did.
+        """
         job, process, task = self.running, self._process, self._task
         if job is None or process is None or task is None:
             return
+        if who is not None:
+            await self.log(who, "cancel", job)
         job.state = JobState.CANCELLING
         signal_group(process, signal.SIGINT)
         with contextlib.suppress(TimeoutError):
@@ -147,6 +167,18 @@ class ProgramJobs:
         if not task.done():
             signal_group(process, signal.SIGKILL)
             await asyncio.shield(task)
+
+
+def log_action(log: Path, who: str, what: str, details: dict[str, object]) -> None:
+    """Append to a log who did what and when, one JSON object a line. Raises OSError."""
+    moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+    entry = {"format": FORMAT, "time": moment, "who": who, "what": what, **details}
+    log.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(log, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o600)
+    try:
+        append_line(descriptor, json.dumps(entry, default=str).encode() + b"\n")
+    finally:
+        os.close(descriptor)
 
 
 async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -> None:

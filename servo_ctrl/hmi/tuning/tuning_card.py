@@ -61,10 +61,9 @@ class TuningCard:
         """Show the progress of the newest tuning, and look for its result once it has ended."""
         if status is not None:
             offer(self._page, [self._by_controller], status, "tuning_run")
-        jobs = self._tunings.jobs
-        newest = jobs.jobs[-1] if jobs.jobs else None
-        self._view.show(newest, running=jobs.running is not None)
-        ended, self._running = self._running, jobs.running
+        jobs, running = self._tunings.jobs, self._tunings.running
+        self._view.show(jobs[-1] if jobs else None, running=running is not None)
+        ended, self._running = self._running, running
         if ended is not None and ended.state in ENDED:
             with self._card:
                 ui.timer(0.0, partial(self._on_end, ended.directory), once=True)

@@ -64,7 +64,7 @@ async def test_a_concealed_effect_is_named_and_the_model_with_it_is_accepted(
     user.find(marker="run-diagnosis").click()
     await page.until(lambda: page.shows("leaves out physics"), LIMIT_S)
     await page.until(lambda: page.shows("Axis x: cogging"))
-    [job] = diagnoses_of(tmp_path).jobs.jobs
+    [job] = diagnoses_of(tmp_path).jobs
     steps = ["reading", "checking timing and sensors", "axis x: force", "locating", "report", "done"]
     assert [line for line in job.lines if line in steps] == steps
     assert not any("format" in line for line in job.lines), "every step is understood"

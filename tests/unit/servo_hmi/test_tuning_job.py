@@ -15,8 +15,8 @@ from servo_ctrl.daemon.run.report import Pacing
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
 from servo_ctrl.hmi.shell.program_jobs import JobState
-from servo_ctrl.hmi.tuning import job as tuning_job
-from servo_ctrl.hmi.tuning.job import TuningJobs
+from servo_ctrl.hmi.tuning import page_tunings
+from servo_ctrl.hmi.tuning.page_tunings import PageTunings
 from servo_ctrl.tuning import simulated
 from servo_ctrl.tuning.request import TuneRequest
 
@@ -26,15 +26,15 @@ SAY_ARGUMENTS = "import sys\nprint('\\n'.join(sys.argv[1:]), flush=True)\n"
 
 
 @pytest.fixture
-def jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TuningJobs:
+def jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PageTunings:
     """Jobs whose program prints its arguments."""
     script = tmp_path / "program.py"
     script.write_text(SAY_ARGUMENTS)
-    monkeypatch.setattr(tuning_job, "installed_command", lambda: (sys.executable, str(script)))
-    return TuningJobs(tmp_path / "jobs")
+    monkeypatch.setattr(page_tunings, "installed_command", lambda: (sys.executable, str(script)))
+    return PageTunings(tmp_path / "jobs")
 
 
-async def ended_arguments(jobs: TuningJobs, axis: str, controller: Path | None = None) -> list[str]:
+async def ended_arguments(jobs: PageTunings, axis: str, controller: Path | None = None) -> list[str]:
     """The arguments of the program that was started for an axis, once it has ended."""
     job = await jobs.start(XY_TABLE, axis, 1.6, ADA, controller)
     task = jobs._task
@@ -45,14 +45,14 @@ async def ended_arguments(jobs: TuningJobs, axis: str, controller: Path | None =
 
 
 async def test_the_program_gets_machine_axis_and_ms_and_neither_a_bus_nor_leave_to_apply(
-    jobs: TuningJobs,
+    jobs: PageTunings,
 ) -> None:
     arguments = await ended_arguments(jobs, "x")
     options = [f"--machine={XY_TABLE}", "--axis=x", "--ms=1.6", "--out"]
     assert arguments == [*options, str(jobs.jobs[0].directory)]
 
 
-def test_no_name_of_an_axis_is_read_as_an_option(jobs: TuningJobs, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_name_of_an_axis_is_read_as_an_option(jobs: PageTunings, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str | None]] = []
 
     async def noted(request: TuneRequest, bus: str | None, _pacing: Pacing) -> None:
@@ -68,7 +68,7 @@ def test_no_name_of_an_axis_is_read_as_an_option(jobs: TuningJobs, monkeypatch: 
 
 
 def test_a_controller_is_told_the_visitor_who_asked(
-    jobs: TuningJobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    jobs: PageTunings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told: list[object] = []
 
@@ -82,7 +82,7 @@ def test_a_controller_is_told_the_visitor_who_asked(
     assert told == [socket, ADA]
 
 
-async def test_without_plant_or_with_an_unusual_ms_nothing_starts(jobs: TuningJobs, tmp_path: Path) -> None:
+async def test_without_plant_or_with_an_unusual_ms_nothing_starts(jobs: PageTunings, tmp_path: Path) -> None:
     (tmp_path / "controller.toml").write_text("")
     for machine_file, ms, reason in (
         (tmp_path / "controller.toml", 2.0, r"plant\.toml: there is no such file"),
@@ -97,7 +97,7 @@ async def test_without_plant_or_with_an_unusual_ms_nothing_starts(jobs: TuningJo
 
 
 def test_the_installed_program_is_servo_ctrl_tune() -> None:
-    program, *arguments = tuning_job.installed_command()
+    program, *arguments = page_tunings.installed_command()
     assert (Path(program).name, arguments) == ("servo-ctrl", ["tune", "--progress", "json"])
 
 
