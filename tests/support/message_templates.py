@@ -31,10 +31,9 @@ SOURCES = (
     PACKAGE / "cyclic" / "drive_phases.py",
     PACKAGE / "cyclic" / "sequence.py",
     PACKAGE / "learning" / "temperature_input.py",
-    PACKAGE / "hmi" / "diagnosis" / "job.py",
     PACKAGE / "hmi" / "shell" / "program_jobs.py",
     PACKAGE / "hmi" / "shell" / "program_process.py",
-    PACKAGE / "hmi" / "tuning" / "job.py",
+    PACKAGE / "hmi" / "tuning" / "page_tunings.py",
     PACKAGE / "tuning" / "controller_runs.py",
     PACKAGE / "tuning" / "request.py",
     PACKAGE / "tuning" / "session.py",
@@ -54,6 +53,7 @@ LOADERS = (
 )
 """Sources of errors and objections about a machine file or a program."""
 RAISING = (
+    PACKAGE / "hmi" / "diagnosis" / "diagnoses.py",
     *sorted((PACKAGE / "files").glob("*.py")),
     *sorted((PACKAGE / "learned").glob("*.py")),
     *sorted((PACKAGE / "learning").glob("*.py")),

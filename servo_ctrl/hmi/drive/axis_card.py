@@ -2,13 +2,12 @@
 
 import asyncio
 import math
-from collections.abc import Callable
 
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
-from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
+from servo_ctrl.hmi.drive.step_jog import StepButtons, ValueChoice
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
 from servo_ctrl.hmi.shell.live_elements import LiveLabel, LivePlace
@@ -34,10 +33,10 @@ KEY_NAMES = {
 
 
 class AxisMotionCard:
-    """Where an axis is, how it moves, and what its drive does; `speed_m_s` returns the chosen jog speed."""
+    """Where an axis is, how it moves, and what its drive does; with the chosen speed and step of a jog."""
 
     def __init__(
-        self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float], step: StepChoice
+        self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: ValueChoice, step_m: ValueChoice
     ) -> None:
         self._page, self._axis = page, axis
         keys = KEYS[number] if number < len(KEYS) else ("", "")
@@ -60,7 +59,7 @@ class AxisMotionCard:
                     captioned(tr(name)).mark(f"{name}-{axis.name}") for name in VALUES
                 )
             self._jog = JogButtons(page, axis, keys, speed_m_s)
-            self._steps = StepButtons(page, axis, keys, step)
+            self._steps = StepButtons(page, axis, keys, step_m)
 
     def _travel_percent(self, position_m: float) -> float:
         lowest_m, highest_m = self._axis.travel_m
@@ -122,14 +121,12 @@ def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
 
 
 class JogButtons:
-    """The buttons of one axis towards minus and plus; `speed_m_s` returns the chosen speed.
+    """The buttons of one axis towards minus and plus; `speed_m_s`: the chosen speed.
 
     The browser renews a jog while a button or key is held; the server never does by itself.
     """
 
-    def __init__(
-        self, page: OpenPage, axis: AxisInfo, keys: tuple[str, str], speed_m_s: Callable[[], float]
-    ) -> None:
+    def __init__(self, page: OpenPage, axis: AxisInfo, keys: tuple[str, str], speed_m_s: ValueChoice) -> None:
         self._page, self._axis, self._speed_m_s = page, axis, speed_m_s
         self._waiting = self._moving = self._refusal_shown = False
         self._enabled: bool | None = None
@@ -169,7 +166,7 @@ class JogButtons:
         if self._waiting:  # one renewal at a time, or they queue up where the controller answers slowly
             return
         self._waiting = self._moving = True
-        velocity_m_s = direction * min(self._speed_m_s(), self._axis.velocity_m_s)
+        velocity_m_s = direction * min(self._speed_m_s.value, self._axis.velocity_m_s)
         try:
             answer = await self._page.ask("jog", quiet=True, axis=self._axis.name, value=velocity_m_s)
         finally:

@@ -11,7 +11,7 @@ from servo_ctrl.hmi.drive.axis_card import SPEEDS_M_S, AxisMotionCard
 from servo_ctrl.hmi.drive.events_card import EventsCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
 from servo_ctrl.hmi.drive.offsets_card import OffsetsCard
-from servo_ctrl.hmi.drive.step_jog import StepChoice
+from servo_ctrl.hmi.drive.step_jog import STEPS_M, ValueChoice
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.event_texts import reason_text
@@ -20,8 +20,7 @@ from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
-from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint, named
-from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint
 
 TITLE = word("Drive")
 BUTTONS = {
@@ -48,11 +47,11 @@ def build(page: OpenPage) -> None:
         with div("bench-narrow-wide"):
             with div("bench-column"):
                 power = PowerCard(page)
-                jogging = JogSpeedCard(page)
+                jogging = JogCard(page)
                 offsets = OffsetsCard(page, hello.axes)
             with axis_cards:
                 axes = [
-                    AxisMotionCard(page, axis, number, lambda: jogging.speed_m_s, jogging.step)
+                    AxisMotionCard(page, axis, number, jogging.speed_m_s, jogging.step_m)
                     for number, axis in enumerate(hello.axes)
                 ]
             with div("bench-column"):
@@ -95,37 +94,27 @@ class PowerCard:
         return self._overload if command is Command.ENABLE else ""
 
 
-class JogSpeedCard:
+class JogCard:
     """The card for choosing the speed and the step of a jog, one for all axes of the page."""
 
     def __init__(self, page: OpenPage) -> None:
-        self._page, self.speed_m_s = page, SPEEDS_M_S[1]
-        self._units: UnitSystem | None = None
+        self._page = page
         with card(tr("Jog"), "jog-settings"):
-            self._unit = faint()
-            self._choice = ui.toggle({}, on_change=self._choose).mark("jog-speed")
-            named(self._choice.props("no-caps unelevated spread"), tr("Jog speed")).classes("num")
+            speed_text = word("Speed in {unit}, at most what the axis allows")
+            self.speed_m_s = ValueChoice(SPEEDS_M_S, SPEEDS_M_S[1], speed_text, "jog-speed", tr("Jog speed"))
             faint(
                 tr(
                     "Hold a button or an arrow key; the axis brakes when it is let go, when the page loses "
                     "the focus or its connection, and before the end of the travel."
                 )
             )
-            self.step = StepChoice(page)
+            step_text = word("Step in {unit}: one press, one step; keys with Shift")
+            self.step_m = ValueChoice(STEPS_M, STEPS_M[2], step_text, "jog-step", tr("Step of a jog"))
 
     def refresh(self, _status: MachineStatus) -> None:
-        """Show the speeds in the visitor's units."""
-        self.step.refresh()
-        if self._page.units is not self._units:
-            self._units = self._page.units
-            velocity = self._units.velocity
-            options = {speed: f"{speed * velocity.factor:.3g}" for speed in SPEEDS_M_S}
-            self._unit.set_text(tr("Speed in {unit}, at most what the axis allows", unit=velocity.unit))
-            self._choice.set_options(options, value=self.speed_m_s)
-
-    def _choose(self) -> None:
-        if self._choice.value is not None:
-            self.speed_m_s = float(self._choice.value)
+        """Show speeds and steps in the visitor's units."""
+        self.speed_m_s.refresh(self._page.units.velocity)
+        self.step_m.refresh(self._page.units.length)
 
 
 def show_faults(faults: Sequence[Fault]) -> None:

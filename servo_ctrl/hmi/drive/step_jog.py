@@ -1,5 +1,6 @@
-"""Jogging by steps: the choice of the step, and the buttons of an axis. Each press is one bounded motion."""
+"""Jogging: the choice of a speed or a step, and the step buttons of an axis; a press is one step."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from nicegui import ui
@@ -10,41 +11,41 @@ from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import div, faint, named
-from servo_ctrl.hmi.shell.units import MINUS, UnitSystem
+from servo_ctrl.hmi.shell.units import MINUS, DisplayUnit
 
 STEPS_M = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Choices of the step; the last is the longest that the controller takes."""
 
 
-class StepChoice:
-    """The step of all axes of the page."""
+class ValueChoice:
+    """A row of values in the visitor's units, of which one is chosen for all axes of the page."""
 
-    def __init__(self, page: OpenPage) -> None:
-        self._page, self.step_m = page, STEPS_M[2]
-        self._units: UnitSystem | None = None
+    def __init__(self, values: Sequence[float], chosen: float, heading: str, mark: str, label: str) -> None:
+        """`heading` names the {unit}; `label` is for screen readers."""
+        self._values, self._heading, self.value = values, heading, chosen
+        self._shown_unit: DisplayUnit | None = None
         self._unit = faint()
-        self._choice = ui.toggle({}, on_change=self._choose).mark("jog-step")
-        named(self._choice.props("no-caps unelevated spread"), tr("Step of a jog")).classes("num")
+        self._choice = ui.toggle({}, on_change=self._choose).mark(mark)
+        named(self._choice.props("no-caps unelevated spread"), label).classes("num")
 
-    def refresh(self) -> None:
-        """Show the steps in the visitor's units."""
-        if self._page.units is not self._units:
-            self._units = self._page.units
-            length = self._units.length
-            options = {step_m: f"{step_m * length.factor:.3g}" for step_m in STEPS_M}
-            self._unit.set_text(tr("Step in {unit}: one press, one step; keys with Shift", unit=length.unit))
-            self._choice.set_options(options, value=self.step_m)
+    def refresh(self, unit: DisplayUnit) -> None:
+        """Show the values in this unit."""
+        if unit != self._shown_unit:
+            self._shown_unit = unit
+            options = {value: f"{value * unit.factor:.3g}" for value in self._values}
+            self._unit.set_text(tr(self._heading, unit=unit.unit))
+            self._choice.set_options(options, value=self.value)
 
     def _choose(self) -> None:
         if self._choice.value is not None:
-            self.step_m = float(self._choice.value)
+            self.value = float(self._choice.value)
 
 
 class StepButtons:
     """The buttons of one axis towards minus and plus; `keys` move it with Shift."""
 
-    def __init__(self, page: OpenPage, axis: AxisInfo, keys: tuple[str, str], choice: StepChoice) -> None:
-        self._page, self._axis, self._choice = page, axis, choice
+    def __init__(self, page: OpenPage, axis: AxisInfo, keys: tuple[str, str], step: ValueChoice) -> None:
+        self._page, self._axis, self._step_m = page, axis, step
         with div("bench-row").style("flex-wrap: nowrap"):
             self._buttons = [
                 self._button(direction, key) for direction, key in zip((-1, 1), keys, strict=True)
@@ -66,4 +67,4 @@ class StepButtons:
         offer(self._page, self._buttons, status, "jog_step")
 
     async def _step(self, direction: int) -> None:
-        await self._page.ask("jog_step", axis=self._axis.name, value=direction * self._choice.step_m)
+        await self._page.ask("jog_step", axis=self._axis.name, value=direction * self._step_m.value)

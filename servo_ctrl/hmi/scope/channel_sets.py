@@ -2,11 +2,10 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from kernels.validation_messages import plain_message
 from servo_ctrl.config.file_format import FORMAT, format_problem
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import locked
@@ -14,11 +13,12 @@ from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.scope.capture import TriggerMode
 from servo_ctrl.hmi.scope.trigger import TriggerKind
+from servo_ctrl.hmi.shell.json_file import read_json_file
 
 FILE = "scope_sets.json"
 MAX_SETS = 100
 """Bounds the file and the list that a browser gets."""
-MAX_BYTES = 1_000_000
+MAX_CHARACTERS = 1_000_000
 """Bounds the file of the channel sets; chosen."""
 Name = Annotated[str, StringConstraints(max_length=120)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -48,32 +48,21 @@ class ChannelSet(BaseModel):
     expressions: Annotated[list[Annotated[str, StringConstraints(max_length=200)]], Field(max_length=4)] = []
 
 
-_SETS = TypeAdapter(dict[Name, ChannelSet])
+def _known_format(given: object) -> object:
+    if problem := format_problem(given):
+        raise ValueError(problem)
+    return given
+
+
+class _SetsFile(BaseModel):
+    format: Annotated[Any, AfterValidator(_known_format)] = None
+    sets: dict[Name, ChannelSet] = {}
 
 
 def load_sets(directory: Path) -> dict[str, ChannelSet]:
     """Return the sets by name; none where there is no file. Raises SetsError."""
     path = directory / FILE
-    try:
-        with path.open(encoding="utf-8") as file:
-            text = file.read(MAX_BYTES + 1)
-        content = json.loads(text) if len(text) <= MAX_BYTES else None
-        if not isinstance(content, dict) or (problem := format_problem(content.get("format"))):
-            raise SetsError(
-                f"{path}: {problem if isinstance(content, dict) else 'is not a file of channel sets'}"
-            )
-        return _SETS.validate_python(content.get("sets"))
-    except FileNotFoundError:
-        return {}
-    except OSError as error:
-        raise SetsError(f"{path}: cannot be read: {reason_of(error)}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise SetsError(
-            f"{path}: {'.'.join(map(str, first['loc']))}: {plain_message(first['msg'])}"
-        ) from None
-    except (ValueError, RecursionError) as error:
-        raise SetsError(f"{path}: is not JSON: {error}") from None
+    return read_json_file(_SetsFile, path, MAX_CHARACTERS, SetsError).sets if path.exists() else {}
 
 
 def change_set(directory: Path, name: str, wanted: ChannelSet | None) -> dict[str, ChannelSet]:
@@ -90,7 +79,7 @@ def change_set(directory: Path, name: str, wanted: ChannelSet | None) -> dict[st
                 sets[name] = wanted
             if len(sets) > MAX_SETS:
                 raise SetsError(tr("there are {most} sets already: delete one", most=MAX_SETS))
-            plain = {"format": FORMAT, "sets": _SETS.dump_python(sets, mode="json")}
+            plain = _SetsFile(format=FORMAT, sets=sets).model_dump(mode="json")
             write_text_whole(directory / FILE, json.dumps(plain, indent=2, ensure_ascii=False) + "\n")
     except OSError as error:
         raise SetsError(f"{directory / FILE}: cannot be written: {reason_of(error)}") from None
