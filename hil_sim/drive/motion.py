@@ -12,7 +12,6 @@ from hil_sim.cyclic.drive_record import NO_CYCLIC_MODE
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.cyclic_modes import CyclicPosition, CyclicTorque, CyclicVelocity
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.following_error import FollowingError
 from hil_sim.drive.homing import Homing
 from hil_sim.drive.interpolated_position import InterpolatedPosition
 from hil_sim.drive.mode import TARGET_REACHED, Mode, ModeCode
@@ -20,6 +19,23 @@ from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
 from hil_sim.drive.profile_torque import ProfileTorque
 from hil_sim.drive.stopping import HALT, Ramp, StopRamp
 from hil_sim.drive.travel_limits import TravelLimits
+
+
+class FollowingError:
+    """Compares position demand and actual value once a tick: window 6065h, time out 6066h."""
+
+    def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
+        self._objects, self._port = objects, port
+
+    def clear(self) -> None:
+        """Reset the error: no position loop is closed."""
+        self._port.record["outside_us"] = 0
+        self._objects.following_error_actual_value = 0
+
+    def check(self, dt_s: float) -> bool:
+        """Update 60F4h; return whether the error has been too large for too long."""
+        return self._port.check_following(dt_s)
+
 
 SWITCHES = ((1, -1), (2, 1))  # bit of 60FDh, side of the axis
 

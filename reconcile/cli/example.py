@@ -46,7 +46,7 @@ def example(
     from reconcile.examples import emps, odrive
     from reconcile.examples.example import ExampleResult, data_directory
     from reconcile.examples.real import study
-    from reconcile.examples.real.sets import SETS
+    from reconcile.examples.real.study import SETS
 
     examples: dict[DataSet, tuple[str, Callable[[Path, Path, Callable[[str], None]], ExampleResult]]] = {
         DataSet.EMPS: (emps.NAME, emps.run),

@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import typer
 
-from servo_ctrl.conformance.bus_wire import BusWire, bus_wire
 from servo_ctrl.conformance.dialogue import Failed
 from servo_ctrl.conformance.lss_master import Address, configure_ids, find_unnamed, set_bit_rate
 from servo_ctrl.conformance.scan import FoundNode, scan
-from servo_ctrl.conformance.suite import examine
+from servo_ctrl.conformance.suite import BusWire, bus_wire, examine
 from servo_ctrl.conformance.verdicts import ClauseFinding, line
 
 

@@ -26,11 +26,10 @@ def report(
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn
 
-    from servo_ctrl.report.contents import report_of
     from servo_ctrl.report.html_page import page
     from servo_ctrl.report.pdf_pages import pdf
     from servo_ctrl.report.recorded_run import read_run
-    from servo_ctrl.report.write import HTML_FILE, PDF_FILE, check_free, write_report
+    from servo_ctrl.report.write import HTML_FILE, PDF_FILE, check_free, report_of, write_report
 
     check_free(out, force=force)
     console = Console(stderr=True)

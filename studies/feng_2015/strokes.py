@@ -1,4 +1,4 @@
-"""Repeats some strokes of the twin over the bus: their J must be equal.
+"""Learns over the bus as `servo-ctrl learn` does, and repeats strokes of the twin there: J must be equal.
 
 As in the twin, each stroke starts at standstill just after power-up, because friction has memory.
 """
@@ -16,6 +16,9 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig, SineStep
 from servo_ctrl.daemon.run.report import Progress
+from servo_ctrl.daemon.run.run_options import LearningRequest
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError, simulated_run
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learning.schedule import RAMP_SHARE
@@ -123,3 +126,36 @@ def _evaluation_m(recording: Recording, config: MachineConfig, axis: str, stroke
     except ValueError as error:
         raise RunError(f"{recording.directory}: axis {axis}: {error}") from None
     return evaluation_m(result, settings.window_s)
+
+
+class BusLearning(NamedTuple):
+    """Learned functions of all axes; `store` is their directory."""
+
+    store: Path
+    axes: dict[str, Learned]
+    wall_s: float
+    times_real_time: float
+
+
+async def learn_over_bus(machine: Path, store: Path, on_progress: Callable[[Progress], None]) -> BusLearning:
+    """Learn all axes in turn, with the fast learner. Raises ServoCtrlError."""
+    config = load_machine(machine)
+    request = LearningRequest(learner="fast", fresh=True)
+    async with simulated_machine(machine, "lockstep") as bus:
+        report = await run_machine(
+            config,
+            None,
+            bus,
+            pacing="lockstep",
+            record_dir=None,
+            on_progress=on_progress,
+            learned_dir=store,
+            learn=request,
+        )
+    if report.failed or not report.completed:
+        raise RunError(f"learning was not completed: {report.reason}")
+    axes = {
+        outcome.axis: outcome.learned for outcome in report.outcomes if isinstance(outcome.learned, Learned)
+    }
+    times_real_time = report.cycles * config.period_s / report.wall_s
+    return BusLearning(store, axes, report.wall_s, times_real_time)

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.metrology.circles import AXES, ReversalFigures, figures_um
-from studies.feng_2015.bus_learning import BusLearning
 from studies.feng_2015.published import FENG_2015_CLAIMS_PERCENT
-from studies.feng_2015.strokes import RepeatedStroke
+from studies.feng_2015.strokes import BusLearning, RepeatedStroke
 from studies.feng_2015.twin_learning import TwinLearning
 from studies.feng_2015.variants import OBSERVER, PULSE, WITHOUT, VariantResult
 from studies.feng_2015.waveform_study import WAVEFORM, WaveformStudy, learning_figures

@@ -2,17 +2,21 @@
 
 import asyncio
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
 from rich.markdown import Markdown
 
+from kernels.arrays import Array
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.kernel_params import axis_params
-from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.program import check_program
 from servo_ctrl.learning.performance import reversals
 from studies.markdown_table import markdown_table, titled
+from studies.twin_axis import motion, twin_axis
 from studies.xia_fuzzy_pd.plots import plot_sines, plot_steps, plot_surface, plot_velocity_step
 from studies.xia_fuzzy_pd.study import (
     AXIS,
@@ -26,7 +30,7 @@ from studies.xia_fuzzy_pd.study import (
     run_velocity_step,
     study_figures,
 )
-from studies.xia_fuzzy_pd.table_forces import table_forces
+from twin.plant_file import load_plant
 
 NAMES = {"pid": "PID", "fuzzy_pd": "fuzzy-PD"}
 STEP_SHOWN_S, REVERSAL_SHOWN_S, VELOCITY_BEFORE_S, VELOCITY_SHOWN_S = 0.2, 0.1, 0.01, 0.1
@@ -95,3 +99,31 @@ def _draw_velocity_step(path: Path, machine: Path, trace: Trace) -> None:
             "command": trace.command_m_s[shown],
         },
     )
+
+
+class TableForces(NamedTuple):
+    """Forces on the table of the first axis, (n,) at the SYNC period, from the start of the program.
+
+    For pictures, from the plant of the twin: no sensor measures them, and the controller never gets them.
+    """
+
+    transmitted_n: Array
+    """Force from the screw to the table."""
+    friction_n: Array
+    """Friction force on the table."""
+
+
+def table_forces(machine_file: Path, plant_file: Path, program_file: Path) -> TableForces:
+    """Run the program from standstill at power-up on the plant of the machine.
+
+    Raises ServoCtrlError for a file that cannot be used.
+    """
+    machine = load_machine(machine_file)
+    axis = next(iter(machine.axes))
+    twin = twin_axis(machine, load_plant(plant_file), axis, axis_params(machine, axis))
+    steps = check_program(load_program(program_file, machine), machine)
+    forces_n = []
+    for set_point in motion(machine, axis, steps, rest_cycles=0):
+        twin.rollout.rows(set_point[np.newaxis])
+        forces_n.append((twin.plant_state["transmitted_n"], twin.plant_state["friction_n"]))
+    return TableForces(*np.array(forces_n, dtype=np.float64).T)

@@ -41,7 +41,7 @@ SOURCES = (
     PACKAGE / "hmi" / "link" / "machine_link.py",
 )
 """Sources of events, reasons and refusals."""
-COMMAND_LINE_ONLY = {"key_tables", "machine_copy", "machine_files", "machine_sheet", "realtime", "section"}
+COMMAND_LINE_ONLY = {"key_tables", "machine_files", "machine_sheet", "realtime", "section"}
 """Modules of the rooms below whose errors no page shows."""
 LOADERS = (
     *sorted((PACKAGE / "config").glob("*.py")),

@@ -1,22 +1,82 @@
 """The state of a machine controller, its callbacks and the values that others read; see `machine`."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from kernels.arrays import Array
-from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REQUESTS, Event, Reaction, reaction
 from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.drives import AxisNodes, Drives
 from servo_ctrl.daemon.cycle.event_log import EventLog
-from servo_ctrl.daemon.cycle.incidents import Incidents
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
-from servo_ctrl.daemon.cycle.node_boot import NodeBoot
 from servo_ctrl.daemon.cycle.stand_by import StandbyNodes
 from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
 from servo_ctrl.motion.input_shaper import Taps
+
+
+class Incidents:
+    """The events of a machine and their consequences: whether the run failed, why, whether it ends.
+
+    A text that was absent for `again_cycles` cycles is a new event.
+    """
+
+    def __init__(self, again_cycles: int) -> None:
+        self.log = EventLog(again_cycles)
+        self.failed = False
+        """Whether an event caused a reaction that no operator or program requested."""
+        self.reason = ""
+        """The first event with a reaction since the machine was enabled, and a fault during its stop."""
+        self.ending = False
+        """Whether an event ends the run, even where a stop otherwise ends in standby."""
+
+    def handle(self, stage: Stage, event: Event, text: str, cycle: int) -> Reaction:
+        """Log an event; return the reaction of the fault policy."""
+        result = reaction(stage, event)
+        self.log.add(text, cycle)
+        self.ending = self.ending or event in ENDS_THE_RUN
+        if result is Reaction.NONE:
+            return result
+        fault = event not in REQUESTS and not self.failed
+        if not self.reason or (stage is Stage.STANDBY and not self.failed):
+            self.reason = text
+        elif fault:  # a requested stop failed before the axes came to rest
+            self.reason += f"; {text}"
+        self.failed = self.failed or fault
+        return result
+
+    def clear(self) -> None:
+        """Clear fault and reason when the machine is enabled again. The log stays."""
+        self.failed, self.reason = False, ""
+
+
+class NodeBoot:
+    """The nodes that boot again between Enable and power-on; none at first."""
+
+    def __init__(self) -> None:
+        self.nodes: tuple[int, ...] = ()
+        """Indices of the nodes that boot now."""
+        self.started = False
+        """Whether these nodes are configured and started, so that only their inputs are awaited."""
+        self._power_requested = False
+
+    def begin(self, nodes: Collection[int]) -> None:
+        """Note that these nodes boot and that their drives get power afterwards."""
+        self.nodes, self.started, self._power_requested = tuple(nodes), False, True
+
+    def cancel_power(self) -> bool:
+        """Leave the power off after the boot, because a stop was requested; return whether that is new."""
+        power = bool(self.nodes) and self._power_requested
+        self._power_requested = False
+        return power
+
+    def end(self) -> bool:
+        """Note that the boot is over; return whether the drives still get power."""
+        power, self.nodes, self.started = self._power_requested, (), False
+        return power
+
 
 EVENT_AGAIN_S = 1.0
 """A text that was absent this long is a new event; chosen."""

@@ -1,5 +1,6 @@
 """The card of the program in the machine: load, start, hold, resume, abort, and its progress."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from nicegui import ui
@@ -11,8 +12,8 @@ from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
-from servo_ctrl.hmi.motion.line_view import LineView
 from servo_ctrl.hmi.motion.pace_controls import PaceControls
+from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.live_elements import LiveLabel
 from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -23,6 +24,7 @@ from servo_ctrl.hmi.shell.parts import (
     confirmed,
     div,
     faint,
+    named,
     note,
     progress_bar,
 )
@@ -140,3 +142,40 @@ def step_text(program: ProgramStatus, stage: Stage) -> str:
     if stage is Stage.READY:
         return tr("can be started")
     return tr("is loaded; it can be started once the drives are on: Enable on page Drive")
+
+
+AROUND = 3
+"""Lines before and behind; chosen."""
+
+
+class LineView:
+    """Hidden while no line is under way."""
+
+    def __init__(self) -> None:
+        self._place = div("bench-lines num").mark("line-under-way")
+        named(self._place, tr("Line under way"))
+        self._view = Rebuilt(self._place, _show)
+
+    def show(self, text: str, line: int) -> None:
+        """Show the surroundings of a line, from 1; 0 = none is under way."""
+        shown = lines_around(text, line)
+        self._place.set_visibility(bool(shown))
+        self._view.show(shown)
+
+
+def lines_around(text: str, line: int) -> tuple[tuple[int, str, bool], ...]:
+    """Number and text of the lines around this one, and whether it is the one."""
+    lines = text.split("\n")
+    if not 1 <= line <= len(lines):
+        return ()
+    first, last = max(line - AROUND, 1), min(line + AROUND, len(lines))
+    return tuple((number, lines[number - 1][:200], number == line) for number in range(first, last + 1))
+
+
+def _show(lines: Sequence[tuple[int, str, bool]]) -> None:
+    for number, text, under_way in lines:
+        with div("here" if under_way else "") as row:
+            if under_way:
+                row.props("aria-current=step")
+            ui.label(f"{'▶' if under_way else ''} {number}")
+            ui.label(text)

@@ -26,7 +26,7 @@ from reconcile.errors import ReconcileError
 from reconcile.examples.example import data_directory
 from reconcile.examples.real.judged import Judged, error_of, judged
 from reconcile.examples.real.machine import Machine
-from reconcile.examples.real.sets import MACHINES
+from reconcile.examples.real.study import MACHINES
 from reconcile.examples.real.textbook import Predict
 from reconcile.nominal_model.model_file import load_model
 from tests.campaigns.bench.main import machine_facts, write_whole

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from reconcile.examples.real.sets import MACHINES
+from reconcile.examples.real.study import MACHINES
 from tests.campaigns.bench.real_main import AT_MOST_OF_BOOSTING, MODELS
 
 HEAD = """# reconcile on axes that others have measured

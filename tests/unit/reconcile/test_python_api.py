@@ -13,7 +13,7 @@ import pyarrow as pa
 import pytest
 
 import reconcile
-from reconcile.api.frames import files_of
+from reconcile.api.diagnose import files_of
 from reconcile.formats.arrow_files import read_parquet
 
 MODEL = {

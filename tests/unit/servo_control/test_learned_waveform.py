@@ -27,7 +27,7 @@ from servo_ctrl.control.types import AxisSample
 from servo_ctrl.control.waveform_table import AHEAD_S, wave_n
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.reversal_waveform import presliding_states, wave_table
-from studies.feng_2015.planned_force import force_along
+from studies.feng_2015.rival_tuning import force_along
 
 MACHINE = load_machine(Path(__file__).parents[3] / "machines" / "xy_table")
 T = 1e-3

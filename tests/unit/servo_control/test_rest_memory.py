@@ -13,7 +13,7 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.learned_waveform import NEUTRAL
 from servo_ctrl.control.rest_memory import FOLLOW_M, SPAN_M, Rest, rest_after, rest_force_n, without_rest
 from servo_ctrl.motion.move import Dwell, Move
-from studies.feng_2015.planned_force import force_along
+from studies.feng_2015.rival_tuning import force_along
 from studies.twin_axis import motion
 
 MACHINE = load_machine(Path(__file__).parents[3] / "machines" / "xy_table")

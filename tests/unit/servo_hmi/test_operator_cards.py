@@ -11,8 +11,7 @@ from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.hmi.drive.events_card import events_csv, matching_events
 from servo_ctrl.hmi.friction.figures import outliers
 from servo_ctrl.hmi.friction.page import median_error_m, requirement_text
-from servo_ctrl.hmi.motion.line_view import lines_around
-from servo_ctrl.hmi.motion.program_run import step_text
+from servo_ctrl.hmi.motion.program_run import lines_around, step_text
 from servo_ctrl.hmi.motion.programs import preview_of
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.units import MM

@@ -19,12 +19,11 @@ from servo_ctrl.cli.main import app
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.metrology.contour_error import CONTOUR_FILE
 from servo_ctrl.report.content import Report, ReportPicture, ReportTable
-from servo_ctrl.report.contents import report_of
 from servo_ctrl.report.html_page import page
 from servo_ctrl.report.pdf_pages import pdf, sheets_of
 from servo_ctrl.report.recorded_run import read_run
 from servo_ctrl.report.run_section import contour_section
-from servo_ctrl.report.write import check_free, write_report
+from servo_ctrl.report.write import check_free, report_of, write_report
 
 HOSTILE = '<script>document.title="broken"</script> $x_1$ & "more"'
 

@@ -8,9 +8,9 @@ import pytest
 from synthetic_recording import circle, reversal, write_recording
 
 from servo_ctrl.report.content import ReportTable
-from servo_ctrl.report.contents import report_of
 from servo_ctrl.report.html_page import page
 from servo_ctrl.report.recorded_run import read_run
+from servo_ctrl.report.write import report_of
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from friction_results import study
 from rich.console import Console
 
 from servo_ctrl.metrology.circles import ReversalFigures
-from studies.feng_2015.pictures import draw_study
+from studies.feng_2015.friction_run import draw_study
 from studies.feng_2015.published import FENG_2015_X_OBSERVER, FENG_2015_X_PULSE
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED as WITHOUT
 from studies.feng_2015.report import print_figures

@@ -11,7 +11,7 @@ from reconcile.cli.main import main
 from reconcile.examples import example
 from reconcile.examples.real import study
 from reconcile.examples.real.machine import Joint, Machine
-from reconcile.examples.real.sets import MACHINES, SETS
+from reconcile.examples.real.study import MACHINES, SETS
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 
