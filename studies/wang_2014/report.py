@@ -54,8 +54,11 @@ def _simple(found: Found) -> Markdown:
         published = f"{WANG_2014_UM[stage]:.2f}" if stage in WANG_2014_UM else ""
         slope = f"{over_travel[stage].slope_um_mm * 1e3:.1f}" if stage in over_travel else ""
         rows.append((stage, cells[0], published, cells[1], slope))
-    heads = ("stage", "at 100 mm", "published at 100 mm", "over travel", "slope of the means, nm/mm")
-    return titled("Deviations by the scale, um: largest (mean) of all readings", markdown_table(heads, rows))
+    heads = ("stage", "at 100 mm", "published", "over travel", "slope of the means, nm/mm")
+    title = (
+        "Deviations by the scale, um: largest (mean) of all readings; published: Wang et al. 2014, at 100 mm"
+    )
+    return titled(title, markdown_table(heads, rows))
 
 
 def _iso(found: Found, series: str) -> Markdown:
