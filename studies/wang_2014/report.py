@@ -56,7 +56,7 @@ def _simple(found: Found) -> Markdown:
         rows.append((stage, cells[0], published, cells[1], slope))
     heads = ("stage", "at 100 mm", "published", "over travel", "slope of the means, nm/mm")
     title = (
-        "Deviations by the scale, um: largest (mean) of all readings; published: Wang et al. 2014, at 100 mm"
+        "Deviations by the scale, um: largest (mean); published: Wang et al. 2014, at 100 mm"
     )
     return titled(title, markdown_table(heads, rows))
 
