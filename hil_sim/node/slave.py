@@ -10,17 +10,15 @@ from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
 from hil_sim.node.identifiers import check_sync
-from hil_sim.node.lss_slave import UNNAMED, LssSlave
-from hil_sim.node.lss_storage import store_lss, stored_lss
+from hil_sim.node.lss_slave import UNNAMED, LssSlave, store_lss, stored_lss
 from hil_sim.node.nmt import NmtSlave, NmtState
 from hil_sim.node.node_host import Device, NodeHost
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_exchange import PdoExchange
 from hil_sim.node.process_objects import ProcessObjects
 from hil_sim.node.sdo_server import SdoServer
-from hil_sim.node.storage import Storage
+from hil_sim.node.storage import Storage, verify_configuration
 from hil_sim.node.supervision import Supervision
-from hil_sim.node.verify_configuration import verify_configuration
 
 IDENTITY, SERIAL = 0x1018, 4
 STATUS, SYNC_ID, WATCHED_NODES = 0x1002, 0x1005, 0x1016

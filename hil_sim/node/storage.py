@@ -139,3 +139,23 @@ def _read(file: Path) -> dict[Address, bytes]:
         return {(int(index, 16), int(sub, 16)): data for (index, sub), data in pairs}
     except (ValueError, TypeError) as error:
         raise StoredParametersError(file, str(error)) from error
+
+
+VERIFY = 0x1020
+NO_CONFIGURATION = frozenset({VERIFY, 0x1003, 0x1010})
+"""Objects whose write changes no configuration; restoring defaults (1011h) does."""
+
+
+def verify_configuration(dictionary: Dictionary) -> None:
+    """Reset 1020h of a node, Verify configuration, whenever a client changes the configuration.
+
+    CiA 301, 7.5.2.23: a configuration tool writes date and time, stores them with 1010h, and compares them
+    after a reset.
+    """
+
+    def on_write(index: int, subindex: int) -> None:
+        if index not in NO_CONFIGURATION and dictionary.variables[index, subindex].access_type == "rw":
+            for member in (1, 2):
+                dictionary.put(VERIFY, member, 0)
+
+    dictionary.on_write = on_write

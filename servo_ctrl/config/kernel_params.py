@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.config.law_sections import SECTIONS
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control import position_loop, velocity_loop
 from servo_ctrl.control.compensation import feedforward, learned_waveform, screw_error
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, surface
 from servo_ctrl.control.limits import AxisLimits
-from servo_ctrl.control.parts import SECTIONS
 from servo_ctrl.control.section import AxisFacts, filter_blend
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import Output

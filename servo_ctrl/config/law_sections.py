@@ -2,15 +2,31 @@
 
 import dataclasses
 import math
+import sys
 from collections.abc import Iterator
 from typing import Annotated, Any, get_args, get_type_hints
 
 from pydantic import ConfigDict, Field, Strict
 from pydantic.dataclasses import dataclass
 
+from kernels.record_layout import kinds_of
 from servo_ctrl.config.node_model import is_mapped
-from servo_ctrl.control.parts import SECTIONS
-from servo_ctrl.control.section import Key, Need
+from servo_ctrl.control.section import Key, LawSection, Need
+from servo_ctrl.control.tick import AxisParams
+
+
+def _sections() -> dict[str, LawSection]:
+    sections = {}
+    for field, kind in kinds_of(AxisParams).items():
+        section = getattr(sys.modules[kind.__module__], "SECTION", None)
+        if section is not None:
+            sections[field] = section
+    return sections
+
+
+SECTIONS = _sections()
+"""Field of `AxisParams` -> section."""
+
 
 MEASURED_CURRENT = ("current_actual_value", "0x6078:00")
 """Name and address of the object with the measured current."""

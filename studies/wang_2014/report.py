@@ -55,9 +55,7 @@ def _simple(found: Found) -> Markdown:
         slope = f"{over_travel[stage].slope_um_mm * 1e3:.1f}" if stage in over_travel else ""
         rows.append((stage, cells[0], published, cells[1], slope))
     heads = ("stage", "at 100 mm", "published", "over travel", "slope of the means, nm/mm")
-    title = (
-        "Deviations by the scale, um: largest (mean); published: Wang et al. 2014, at 100 mm"
-    )
+    title = "Deviations by the scale, um: largest (mean); published: Wang et al. 2014, at 100 mm"
     return titled(title, markdown_table(heads, rows))
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from kernels.quantities import Quantity, suffix_of
 from servo_ctrl.config.kernel_params import axis_params
+from servo_ctrl.config.law_sections import SECTIONS
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.parts import SECTIONS
 from servo_ctrl.control.section import AxisFacts, Key
 from servo_ctrl.control.tick import axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample

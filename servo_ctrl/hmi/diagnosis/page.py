@@ -11,7 +11,6 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
 from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
-from servo_ctrl.hmi.diagnosis.recording_lines import excitation_text, recording_text
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
 from servo_ctrl.hmi.languages.controller_messages import diagnosis_text
 from servo_ctrl.hmi.languages.texts import tr, word
@@ -28,6 +27,7 @@ from servo_ctrl.hmi.shell.parts import (
     named,
 )
 from servo_ctrl.hmi.shell.program_jobs import Job, JobState
+from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
 
 TITLE = word("Reconcile")
 BOX_STYLE = "width: 100%; min-height: 44px; overflow-wrap: anywhere"
@@ -181,3 +181,45 @@ class FilePicker:
 def recordings_text(number: int) -> str:
     """Return `1 recording`, `2 recordings`."""
     return tr("1 recording") if number == 1 else tr("{number} recordings", number=number)
+
+
+LEAST_S = 0.5
+"""Bounds a recording from below, seconds; from `reconcile diagnose`, which refuses shorter ones."""
+RESTS_M = 1e-4
+"""Bounds the travel of an axis at rest, metres; chosen: it is below presliding."""
+
+
+def recording_text(recording: FoundRecording, units: UnitSystem) -> str:
+    """Return name, moment, program, length and the travel of each axis, in one line."""
+    travels = (f"{axis.name.upper()} {units.length.with_unit(axis.travel_m)}" for axis in recording.axes)
+    parts = (
+        recording.name,
+        recording.started.replace("T", " ")[:16],
+        Path(recording.program).name,
+        duration_text(recording.length_s) if recording.length_s else "",
+        ", ".join(travels),
+    )
+    return " \N{MIDDLE DOT} ".join(part for part in parts if part)
+
+
+def excitation_text(recording: FoundRecording) -> str:
+    """Return whether the motions suffice for a diagnosis, or for which axes they do not, and why."""
+    if not recording.length_s:
+        return f"\N{WARNING SIGN} {tr('no rows, or damaged')}"
+    reasons = []
+    if recording.length_s < LEAST_S:
+        reasons.append(tr("too short: identification needs at least {least:g} s", least=LEAST_S))
+    for axis in recording.axes:
+        name = axis.name.upper()
+        if axis.travel_m < RESTS_M:
+            reasons.append(tr("{axis} stands still: it cannot be identified", axis=name))
+        elif not axis.both_ways:
+            reasons.append(
+                tr(
+                    "{axis} moves in one direction only: friction and a constant force cannot be separated",
+                    axis=name,
+                )
+            )
+    return (
+        f"\N{WARNING SIGN} {'; '.join(reasons)}" if reasons else tr("✓ every axis moves in both directions")
+    )

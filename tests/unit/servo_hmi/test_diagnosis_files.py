@@ -17,7 +17,7 @@ from servo_ctrl.hmi.diagnosis.job_files import (
     read_model,
     recordings_below,
 )
-from servo_ctrl.hmi.diagnosis.recording_lines import excitation_text, recording_text
+from servo_ctrl.hmi.diagnosis.page import excitation_text, recording_text
 from servo_ctrl.hmi.shell.program_jobs import log_action
 from servo_ctrl.hmi.shell.units import MM
 from servo_ctrl.recording.channels import channels_of

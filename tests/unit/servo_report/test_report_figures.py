@@ -9,14 +9,13 @@ from scipy import signal
 from synthetic_recording import PERIOD_S, circle, reversal, write_recording
 
 from servo_ctrl.recording.min_max import thinned
-from servo_ctrl.report.axis_section import axis_sections, longest_run
+from servo_ctrl.report.axis_section import WINDOW, axis_sections, longest_run, spectral_density
 from servo_ctrl.report.circle_section import circle_section
 from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable
 from servo_ctrl.report.positioning_section import positioning_section, visits_of
 from servo_ctrl.report.recorded_run import read_run
 from servo_ctrl.report.reversal_section import reversal_section
 from servo_ctrl.report.run_section import verdict
-from servo_ctrl.report.spectrum import WINDOW, spectral_density
 from servo_ctrl.report.write import report_of
 
 UM = 1e-6

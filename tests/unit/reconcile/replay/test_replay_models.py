@@ -16,8 +16,14 @@ from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording
 from reconcile.replay.controller import load_controllers
-from reconcile.replay.controller_match import controller_mismatch
-from reconcile.replay.model_replays import REPLAYED_S, ControlLoop, ModelReplays, replay_models, replays_json
+from reconcile.replay.model_replays import (
+    REPLAYED_S,
+    ControlLoop,
+    ModelReplays,
+    controller_mismatch,
+    replay_models,
+    replays_json,
+)
 from reconcile.replay.replay import plant_of, replay
 
 T, N, NOISE_N = 1e-3, 16_000, 0.2
