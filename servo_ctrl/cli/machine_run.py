@@ -17,7 +17,7 @@ from servo_ctrl.cli.progress import progress_bar
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.run.report import Pacing, RunReport
 from servo_ctrl.daemon.run.run_options import LearningRequest

@@ -10,7 +10,7 @@ from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.run.assemble import build_axes
 from servo_ctrl.daemon.run.report import Progress, RunReport

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program_model import DwellStep, ProgramConfig, SShapeStep
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation
 from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.hil_rig.simulated_run import RunError, simulated_run
 from servo_ctrl.learned.store import LearnedStore

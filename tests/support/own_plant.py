@@ -6,7 +6,7 @@ from typing import Any
 
 from reconcile.diagnosis.diagnose import diagnose
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 

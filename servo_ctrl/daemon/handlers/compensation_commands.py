@@ -1,6 +1,6 @@
 """Executes commands that switch compensations on and off or roll learned results back."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,7 +10,7 @@ from servo_ctrl.commands.stage import refused
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.learning.learned_results import LearnedResults
-from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, tabulated
+from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, Functions, tabulated
 from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
 from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 
@@ -45,7 +45,7 @@ class CompensationCommands:
         self.pulses, self.screws, self.waveforms = learned.pulses, learned.screws, learned.waveforms
         self._worker, self._publisher, self._note = worker, publisher, note
         self.axes_with = {
-            PULSE: [name for name, axis in self.pulses.items() if axis.has_pulse],
+            PULSE: [name for name, axis in self.pulses.items() if axis.configured],
             OBSERVER: [name for name, axis in self.pulses.items() if axis.has_observer],
             SCREW: [name for name, axis in self.screws.items() if axis.configured],
             WAVEFORM: [name for name, axis in self.waveforms.items() if axis.configured],
@@ -55,9 +55,12 @@ class CompensationCommands:
             command: partial(self._switch, section, on=on) for command, (section, on) in SWITCHES.items()
         }
         self.roll_backs: dict[Command, Callable[[str], CommandResult]] = {
-            Command.ROLL_BACK: self._roll_back_pulse,
-            Command.ROLL_BACK_SCREW: self._roll_back_screw,
-            Command.ROLL_BACK_WAVEFORM: self._roll_back_waveform,
+            command: partial(self._roll_back, NOTHING_IN_USE[command], axes, load_previous)
+            for command, axes, load_previous in (
+                (Command.ROLL_BACK, self.pulses, self._previous_functions),
+                (Command.ROLL_BACK_SCREW, self.screws, learned.screw_store.roll_back),
+                (Command.ROLL_BACK_WAVEFORM, self.waveforms, learned.waveform_store.roll_back),
+            )
         }
         """Commands that must not run while an axis is learning."""
 
@@ -85,30 +88,19 @@ class CompensationCommands:
         self._publisher.changed()
         return CommandResult()
 
-    def _roll_back_pulse(self, name: str) -> CommandResult:
-        chosen = [self.pulses[name]] if name else list(self.pulses.values())
-        nothing_in_use = NOTHING_IN_USE[Command.ROLL_BACK]
-        return self._roll_back(
-            chosen, lambda axis: tabulated(self._learned.pulse_store.roll_back(axis)), nothing_in_use
-        )
-
-    def _roll_back_screw(self, name: str) -> CommandResult:
-        chosen = [self.screws[name]] if name else list(self.screws.values())
-        return self._roll_back(
-            chosen, self._learned.screw_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_SCREW]
-        )
-
-    def _roll_back_waveform(self, name: str) -> CommandResult:
-        chosen = [self.waveforms[name]] if name else list(self.waveforms.values())
-        return self._roll_back(
-            chosen, self._learned.waveform_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_WAVEFORM]
-        )
+    def _previous_functions(self, axis: str) -> Functions | None:
+        return tabulated(self._learned.pulse_store.roll_back(axis))
 
     def _roll_back(
-        self, chosen: Sequence[CompensatedAxis], load_previous: Callable[[str], Any], nothing_in_use: str
+        self,
+        nothing_in_use: str,
+        axes: Mapping[str, CompensatedAxis],
+        load_previous: Callable[[str], Any],
+        name: str,
     ) -> CommandResult:
         """Use the previous versions. A failure is logged as an event; in lockstep the result has it too."""
         problems: list[str] = []
+        chosen = [axes[name]] if name else axes.values()
         affected = [axis for axis in chosen if axis.stored is not None or axis.problem]
         if not affected:
             return refused(nothing_in_use)

@@ -36,7 +36,7 @@ class Adaptation:
         self._config, self._store, self._worker, self._note = config, store, worker, note
         self._axes = list(compensation.values())
         self._settings = [
-            learning_settings(config, axis.name) if axis.has_pulse else None for axis in self._axes
+            learning_settings(config, axis.name) if axis.configured else None for axis in self._axes
         ]
         self._busy = False
         self._changes = [0] * len(self._axes)

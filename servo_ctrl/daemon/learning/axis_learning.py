@@ -4,9 +4,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.collectors import Collector
+from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.learned.store import VersionStore
 from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
@@ -43,8 +47,15 @@ class AxisLearning(ABC):
     stroke_noun: str
     """The noun for a stroke in messages."""
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(
+        self,
+        config: MachineConfig,
+        store: VersionStore[Any],
+        compensation: LearnedCompensation[Any],
+        motion: MotionPlan,
+    ) -> None:
+        self.name = compensation.name
+        self._config, self._store, self._compensation, self._motion = config, store, compensation, motion
         self.stroke: Any = None
         """The next motion; None when learning is complete."""
         self.outlook: Outlook | None = None
@@ -54,9 +65,9 @@ class AxisLearning(ABC):
         self._run: LearningRun | ScrewRun | WaveformRun | None = None
         self._consecutive_failures = 0
 
-    @abstractmethod
-    def open(self, *, fresh: bool) -> list[str]:
-        """Begin, or resume an interrupted run unless `fresh`; return texts of events."""
+    def open(self, *, fresh: bool) -> list[str]:  # noqa: ARG002
+        """Begin, or resume an interrupted run unless `fresh`; return texts of events. By default: begin."""
+        return []
 
     @abstractmethod
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
@@ -66,9 +77,9 @@ class AxisLearning(ABC):
     def begin(self) -> Collector:
         """Begin `stroke` and switch its trial compensation on. Return the collector of its samples."""
 
-    @abstractmethod
     def restore(self) -> None:
         """Restore the compensation that was in use before the stroke."""
+        self._compensation.restore()
 
     def take(self, collected: Collector) -> str:
         """Evaluate the samples of `stroke`; return why the stroke must be repeated, "" if they are good.
@@ -100,9 +111,10 @@ class AxisLearning(ABC):
             )
         return self._store_result(learned)
 
-    @abstractmethod
     def use(self, result: Any) -> LearningOutcome:
         """Put the stored result that `conclude` returned into use."""
+        self._compensation.use(result)
+        return LearningOutcome(self.name, result.version, result.learned, self.resumed)
 
     def discard(self) -> None:  # noqa: B027  # by default there is nothing to discard
         """Discard the strokes made so far."""
@@ -111,9 +123,11 @@ class AxisLearning(ABC):
     def _evaluate(self, collected: Any) -> Any:
         """Evaluate the samples of `stroke`. Raises ValueError when they are unusable."""
 
-    @abstractmethod
     def _advance(self, result: Any) -> None:
         """Take the result of this stroke and determine the next one."""
+        if self._run is not None:
+            self._run.take(result)
+            self._publish_progress(self._run)
 
     @abstractmethod
     def _store_result(self, learned: Any) -> Any:

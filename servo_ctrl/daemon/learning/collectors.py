@@ -32,6 +32,19 @@ class Collector:
         """Return the channels, (n,) each, for all cycles that ran; NaN where an input is missing."""
         return [np.array(column) for column, _ in self._columns]
 
+    def samples(self) -> list[Array]:
+        """Return the channels, (n,) each, one value a cycle; the last is measured, the others are commands.
+
+        Commands are interpolated linearly over missed ticks. A missing measurement is NaN, unless its gap is
+        short enough for interpolation between its neighbours.
+        """
+        ran = np.array(self._cycles)
+        *commands, measured = self.columns()
+        cycles = np.arange(ran[0], ran[-1] + 1.0)
+        found = np.full(len(cycles), np.nan)
+        found[(ran - ran[0]).astype(np.int64)] = measured
+        return [*(np.interp(cycles, ran, command) for command in commands), bridged(found)]
+
 
 def travel_collector(config: MachineConfig, axis: str) -> Collector:
     """Make the collector of a screw-learning travel; see `learning.screw_travel.passes_of`."""
@@ -39,46 +52,15 @@ def travel_collector(config: MachineConfig, axis: str) -> Collector:
     return Collector(config, axis, channels)
 
 
-class StrokeCollector(Collector):
-    """Collects position command and measured position, of the scale or, without one, of the motor."""
-
-    def __init__(self, config: MachineConfig, axis: str) -> None:
-        measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
-        super().__init__(config, axis, ("position_command_m", measured))
-
-    def samples(self) -> tuple[Array, Array]:
-        """Return position command and measured position, metres, (n,) each, one value a cycle.
-
-        The command is interpolated linearly over missed ticks. A missing position is NaN, unless its gap is
-        short enough for interpolation between its neighbours.
-        """
-        ran = np.array(self._cycles)
-        command_m, measured_m = self.columns()
-        cycles = np.arange(ran[0], ran[-1] + 1.0)
-        position_m = np.full(len(cycles), np.nan)
-        position_m[(ran - ran[0]).astype(np.int64)] = measured_m
-        return np.interp(cycles, ran, command_m), bridged(position_m)
+def stroke_collector(config: MachineConfig, axis: str) -> Collector:
+    """Make the collector of position command and position, of the scale or, without one, of the motor."""
+    measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
+    return Collector(config, axis, ("position_command_m", measured))
 
 
-class WaveformCollector(Collector):
-    """Collects commands, and the error against the feedback of the position loop."""
-
-    def __init__(self, config: MachineConfig, axis: str) -> None:
-        channels = ("position_command_m", "velocity_command_m_s", "position_error_m")
-        super().__init__(config, axis, channels)
-
-    def samples(self) -> tuple[Array, Array, Array]:
-        """Return position command, velocity command and error, (n,) each, like `StrokeCollector`."""
-        ran = np.array(self._cycles)
-        position_m, velocity_m_s, measured_error_m = self.columns()
-        cycles = np.arange(ran[0], ran[-1] + 1.0)
-        error_m = np.full(len(cycles), np.nan)
-        error_m[(ran - ran[0]).astype(np.int64)] = measured_error_m
-        return (
-            np.interp(cycles, ran, position_m),
-            np.interp(cycles, ran, velocity_m_s),
-            bridged(error_m),
-        )
+def waveform_collector(config: MachineConfig, axis: str) -> Collector:
+    """Make the collector of the commands, and of the error against the feedback of the position loop."""
+    return Collector(config, axis, ("position_command_m", "velocity_command_m_s", "position_error_m"))
 
 
 def bridged(position_m: Array) -> Array:

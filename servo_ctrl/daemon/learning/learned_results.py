@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation, load_compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation, LearnedCompensation, loaded
+from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, Functions, tabulated
 from servo_ctrl.daemon.learning.pulse_learning import PulseLearning
-from servo_ctrl.daemon.learning.screw_compensation import load_screws
+from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
 from servo_ctrl.daemon.learning.screw_learning import ScrewLearning
-from servo_ctrl.daemon.learning.waveform_compensation import load_waveforms
+from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 from servo_ctrl.daemon.learning.waveform_learning import WaveformLearning
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore
@@ -30,21 +32,20 @@ class LearnedResults:
         self._config = config
         self.pulse_store, self.screw_store = LearnedStore(directory, config), ScrewStore(directory, config)
         self.waveform_store = WaveformStore(directory, config)
-        self.pulses = {
-            axis.name: axis for axis in load_compensation(config, servos, self.pulse_store, wanted)
-        }
-        self.screws = {axis.name: axis for axis in load_screws(config, servos, self.screw_store, wanted)}
-        self.waveforms = {
-            axis.name: axis for axis in load_waveforms(config, servos, self.waveform_store, wanted)
-        }
+
+        def functions(axis: str) -> Functions | None:
+            return tabulated(self.pulse_store.active(axis))
+
+        self.pulses = loaded(AxisCompensation, config, servos, functions, wanted)
+        self.screws = loaded(ScrewCompensation, config, servos, self.screw_store.active, wanted)
+        self.waveforms = loaded(WaveformCompensation, config, servos, self.waveform_store.active, wanted)
 
     @property
     def problems(self) -> list[str]:
         """Why stored versions are not used."""
-        problems = [axis.problem for axis in self.pulses.values()]
-        problems += [axis.problem for axis in self.screws.values()]
-        problems += [axis.problem for axis in self.waveforms.values()]
-        return [problem for problem in problems if problem]
+        axes: list[LearnedCompensation[Any]] = [*self.pulses.values(), *self.screws.values()]
+        axes += self.waveforms.values()
+        return [axis.problem for axis in axes if axis.problem]
 
     def learning_of(self, axis: str, learner: str, motion: MotionPlan) -> AxisLearning:
         """Return the learning of an axis by this learner."""

@@ -1,25 +1,22 @@
-"""Selects the pulse functions that act on each axis, stored or on trial, and switches the observer.
+"""Selects the pulse functions that act on each axis, stored or on trial, and switches the observer."""
 
-Unusable functions (corrupt, stale, of another machine) are reported and not used.
-"""
-
-from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 from kernels.arrays import Array
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.kernel_params import with_observer, with_pulse
-from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
-from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
-from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.learned.store import LearnedStore, StoredResult
+from servo_ctrl.daemon.learning.learned_compensation import (
+    Compensation,
+    CompensationError,
+    LearnedCompensation,
+)
+from servo_ctrl.learned.store import StoredResult
 from servo_ctrl.learning.pulse_functions import constant_table, table
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
-
-Compensation = Literal["as configured", "off", "pulse", "observer", "waveform"]
-"""What acts from the start: as in the machine file, nothing, or only pulse, observer or waveform."""
 
 
 class Functions(NamedTuple):
@@ -35,20 +32,14 @@ def tabulated(stored: StoredResult[Learned] | None) -> Functions | None:
     return None if stored is None else Functions(stored, table(stored.learned))
 
 
-class CompensationError(ServoCtrlError):
-    """The requested compensation cannot act."""
-
-
 class AxisCompensation(LearnedCompensation[Pulse]):
     """Pulse and observer of one axis. A trial is a pulse at every reversal, without observer."""
 
-    result = "pulse"
+    result, settings = "pulse", FrictionCompensationSettings
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
-        super().__init__(servo)
-        self.has_pulse = config.section(FrictionCompensationSettings) is not None
+        super().__init__(servo, config)
         self.has_observer = config.section(DisturbanceObserverSettings) is not None
-        self.enabled = config.acts(FrictionCompensationSettings)
         self.observer = config.acts(DisturbanceObserverSettings)
         self.stored: StoredResult[Learned] | None = None
         """The stored version on which the functions in use are based."""
@@ -77,6 +68,17 @@ class AxisCompensation(LearnedCompensation[Pulse]):
         self.observer = self.observer if observer is None else observer
         self._apply()
 
+    def begin_as(self, wanted: Compensation, machine_file: Path) -> None:
+        """Switch pulse and observer as `wanted`; there must be the wanted one."""
+        if wanted != "as configured":
+            self.switch(pulse=wanted == "pulse", observer=wanted == "observer")
+        if wanted == "pulse" and self.learned is None:
+            reason = self.problem or f"nothing has been learned for axis {self.name} yet"
+            raise CompensationError(f"there is no pulse to compensate with: {reason}")
+        if wanted == "observer" and not self.has_observer:
+            key = f"axis.{self.name}.disturbance_observer"
+            raise CompensationError(f"{machine_file}: {key}: the section is missing")
+
     def _apply(self) -> None:
         functions, observer = None, self.observer
         if self._trial is not None:
@@ -85,27 +87,3 @@ class AxisCompensation(LearnedCompensation[Pulse]):
         elif self.enabled:
             functions = self._table
         self._servo.change_params(with_observer(with_pulse(self._servo.params, functions), observer))
-
-
-def load_compensation(
-    machine: MachineConfig, servos: Sequence[AxisServo], store: LearnedStore, wanted: Compensation
-) -> list[AxisCompensation]:
-    """Load the stored functions of each axis and switch compensation as `wanted`.
-
-    Raises CompensationError when an axis lacks the wanted "pulse" or "observer".
-    """
-    axes = []
-    for servo in servos:
-        axis = AxisCompensation(servo, machine.axes[servo.name])
-        if axis.has_pulse:
-            axis.load(lambda name: tabulated(store.active(name)))
-        if wanted != "as configured":
-            axis.switch(pulse=wanted == "pulse", observer=wanted == "observer")
-        if wanted == "pulse" and axis.learned is None:
-            reason = axis.problem or f"nothing has been learned for axis {axis.name} yet"
-            raise CompensationError(f"there is no pulse to compensate with: {reason}")
-        if wanted == "observer" and not axis.has_observer:
-            key = f"axis.{axis.name}.disturbance_observer"
-            raise CompensationError(f"{machine.source}: {key}: the section is missing")
-        axes.append(axis)
-    return axes

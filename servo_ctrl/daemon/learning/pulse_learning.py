@@ -6,7 +6,7 @@ from typing import Any
 from servo_ctrl.config.learning import learning_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningOutcome
-from servo_ctrl.daemon.learning.collectors import StrokeCollector
+from servo_ctrl.daemon.learning.collectors import Collector, stroke_collector
 from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, Functions
 from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
@@ -24,7 +24,6 @@ class PulseLearning(AxisLearning):
     """Learns the pulse functions of one axis."""
 
     stroke_noun = "stroke"
-    _run: LearningRun
 
     def __init__(
         self,
@@ -33,11 +32,10 @@ class PulseLearning(AxisLearning):
         store: LearnedStore,
         compensation: AxisCompensation,
         motion: MotionPlan,
-        waveform: WaveformCompensation | None = None,
+        waveform: WaveformCompensation,
     ) -> None:
-        super().__init__(compensation.name)
+        super().__init__(config, store, compensation, motion)
         self._waveform = waveform
-        self._config, self._store, self._compensation, self._motion = config, store, compensation, motion
         self._settings = learning_settings(config, self.name, learner)
         self._journal = StrokeJournal(
             store.directory, self.name, self._settings, basis=LearnedFunctions.basis(config, self.name)
@@ -71,27 +69,24 @@ class PulseLearning(AxisLearning):
         """Plan the motion of `stroke`. Raises ConfigError."""
         return self._motion.prepare_stroke(self.name, self.stroke, start_m)
 
-    def begin(self) -> StrokeCollector:
+    def begin(self) -> Collector:
         """Begin `stroke` and apply its pulse, without a learned waveform."""
         self._compensation.try_out(self.stroke.pulse)
-        if self._waveform is not None:
-            self._waveform.suspend(on=True)
-        return StrokeCollector(self._config, self.name)
+        self._waveform.suspend(on=True)
+        return stroke_collector(self._config, self.name)
 
     def restore(self) -> None:
         """Restore the compensation in use before the stroke."""
-        self._compensation.restore()
-        if self._waveform is not None:
-            self._waveform.suspend(on=False)
+        super().restore()
+        self._waveform.suspend(on=False)
 
-    def _evaluate(self, collected: StrokeCollector) -> StrokeResult:
+    def _evaluate(self, collected: Collector) -> StrokeResult:
         command_m, position_m = collected.samples()
         return stroke_result(command_m, position_m, self.stroke, self._settings, self._config.period_s)
 
     def _advance(self, result: StrokeResult) -> None:
         self._journal.append(self.stroke, result)
-        self._run.take(result)
-        self._publish_progress(self._run)
+        super()._advance(result)
 
     def _store_result(self, learned: Learned) -> Functions:
         conditions = conditions_of(self._config, self.name, "learning")

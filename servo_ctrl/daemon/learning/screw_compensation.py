@@ -1,19 +1,18 @@
 """Selects the screw table and lost motion that act on each axis, stored or on trial.
 
-An unusable result (damaged, of another machine or home) is reported and not used. While a screw is learned
-neither its stored table nor the sampled dual loop acts, because both would hide the error to be measured.
+While a screw is learned neither its stored table nor the sampled dual loop acts, because both would hide the
+error to be measured.
 """
 
-from collections.abc import Sequence
+from pathlib import Path
 
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.kernel_params import with_sampled_dual_loop, with_screw
-from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
-from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-from servo_ctrl.learned.store import ScrewStore, StoredResult
+from servo_ctrl.daemon.learning.learned_compensation import Compensation, LearnedCompensation
+from servo_ctrl.learned.store import StoredResult
 from servo_ctrl.learning.screw import ScrewLearned, error_table
 from servo_ctrl.learning.screw_travel import ScrewTravel
 
@@ -21,13 +20,10 @@ from servo_ctrl.learning.screw_travel import ScrewTravel
 class ScrewCompensation(LearnedCompensation[ScrewTravel]):
     """Screw table, backlash take-up and sampled dual loop of one axis. A trial is a learning travel."""
 
-    result = "screw"
+    result, settings = "screw", ScrewCompensationSettings
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
-        super().__init__(servo)
-        self.configured = config.section(ScrewCompensationSettings) is not None
-        """Whether the machine file has the section."""
-        self.enabled = config.acts(ScrewCompensationSettings)
+        super().__init__(servo, config)
         self.sampled = config.acts(SampledDualLoopSettings)
         self.stored: StoredResult[ScrewLearned] | None = None
         """The stored version in use."""
@@ -42,6 +38,12 @@ class ScrewCompensation(LearnedCompensation[ScrewTravel]):
         self.enabled = on
         self._apply()
 
+    def begin_as(self, wanted: Compensation, _machine_file: Path) -> None:
+        """Switch everything off if `wanted` is "off"."""
+        if wanted == "off":
+            self.sampled = False
+            self.switch(on=False)
+
     def _apply(self) -> None:
         table, lost_motion_m, sampled = None, 0.0, self.sampled
         if self._trial is not None:
@@ -51,19 +53,3 @@ class ScrewCompensation(LearnedCompensation[ScrewTravel]):
         self._servo.change_params(
             with_sampled_dual_loop(with_screw(self._servo.params, table, lost_motion_m), sampled)
         )
-
-
-def load_screws(
-    machine: MachineConfig, servos: Sequence[AxisServo], store: ScrewStore, wanted: Compensation
-) -> list[ScrewCompensation]:
-    """Load the stored version of each axis; switch all compensation off if `wanted` is "off"."""
-    axes = []
-    for servo in servos:
-        axis = ScrewCompensation(servo, machine.axes[servo.name])
-        if axis.configured:
-            axis.load(store.active)
-        if wanted == "off":
-            axis.sampled = False
-            axis.switch(on=False)
-        axes.append(axis)
-    return axes

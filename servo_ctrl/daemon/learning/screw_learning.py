@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from kernels.arrays import Array
 from servo_ctrl.config.learning import screw_settings
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningError, LearningOutcome
+from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningError
 from servo_ctrl.daemon.learning.collectors import Collector, travel_collector
 from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
@@ -23,20 +23,13 @@ class ScrewLearning(AxisLearning):
     """Learns screw table and lost motion of one axis."""
 
     stroke_noun = "travel"
-    _run: ScrewRun
 
     def __init__(
         self, config: MachineConfig, store: ScrewStore, screw: ScrewCompensation, motion: MotionPlan
     ) -> None:
-        super().__init__(screw.name)
-        self._config, self._store, self._screw, self._motion = config, store, screw, motion
+        super().__init__(config, store, screw, motion)
         self._settings = screw_settings(config, screw.name)
         self._publish_progress(ScrewRun(self._settings))
-
-    def open(self, *, fresh: bool) -> list[str]:
-        """Do nothing: a screw run cannot be resumed."""
-        del fresh
-        return []
 
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
         """Plan the motion of `stroke`, a travel. Raises ConfigError."""
@@ -44,12 +37,8 @@ class ScrewLearning(AxisLearning):
 
     def begin(self) -> Collector:
         """Begin the travel and apply only its compensation."""
-        self._screw.try_out(self.stroke)
+        self._compensation.try_out(self.stroke)
         return travel_collector(self._config, self.name)
-
-    def restore(self) -> None:
-        """Restore the compensation in use before the travel."""
-        self._screw.restore()
 
     def _evaluate(self, collected: Collector) -> Array:
         command_m, correction_m, motor_m, scale_m = collected.columns()
@@ -58,10 +47,9 @@ class ScrewLearning(AxisLearning):
 
     def _advance(self, result: Array) -> None:
         try:
-            self._run.take(result)
+            super()._advance(result)
         except ValueError as error:  # the travels together give no usable result
             raise LearningError(f"axis {self.name}: {error}") from None
-        self._publish_progress(self._run)
 
     def _store_result(self, learned: ScrewLearned) -> StoredResult[ScrewLearned]:
         conditions = {
@@ -73,8 +61,3 @@ class ScrewLearning(AxisLearning):
             "temperature": "not measured",
         }
         return self._store.add(self.name, learned, conditions)
-
-    def use(self, result: StoredResult[ScrewLearned]) -> LearningOutcome:
-        """Put the stored result into use."""
-        self._screw.use(result)
-        return LearningOutcome(self.name, result.version, result.learned, self.resumed)

@@ -1,19 +1,21 @@
 """Selects the learned waveform that acts on each axis, stored, adapted or on trial.
 
-An unusable result (damaged, of another machine or other gains) is reported and not used. While a waveform
-acts, pulse and observer do not act, regardless of their switches (see `learned_waveform`).
+While a waveform acts, pulse and observer do not act, regardless of their switches (see `learned_waveform`).
 """
 
-from collections.abc import Sequence
+from pathlib import Path
 
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.config.kernel_params import with_waveform
 from servo_ctrl.config.learning import waveform_objection
-from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
-from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation, CompensationError
-from servo_ctrl.learned.store import StoredResult, WaveformStore
+from servo_ctrl.daemon.learning.learned_compensation import (
+    Compensation,
+    CompensationError,
+    LearnedCompensation,
+)
+from servo_ctrl.learned.store import StoredResult
 from servo_ctrl.learning.rest_force import rest_table
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, wave_table
 from servo_ctrl.learning.temperature_input import TemperatureInput
@@ -23,14 +25,11 @@ from servo_ctrl.learning.waveform_stroke import WaveformStroke
 class WaveformCompensation(LearnedCompensation[WaveformStroke]):
     """The waveform of one axis. A trial is the force of a learning stroke."""
 
-    result = "waveform"
+    result, settings = "waveform", LearnedWaveformSettings
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
-        super().__init__(servo)
-        self.configured = config.section(LearnedWaveformSettings) is not None
-        """Whether the machine file has the section."""
+        super().__init__(servo, config)
         self.learns = not waveform_objection(config)
-        self.enabled = config.acts(LearnedWaveformSettings)
         self.stored: StoredResult[WaveformLearned] | None = None
         """The stored version in use."""
         self.learned: WaveformLearned | None = None
@@ -59,6 +58,14 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
         self.enabled = on
         self._apply()
 
+    def begin_as(self, wanted: Compensation, _machine_file: Path) -> None:
+        """Switch the waveform as `wanted`; there must be one if it is."""
+        if wanted != "as configured":
+            self.switch(on=wanted == "waveform")
+        if wanted == "waveform" and self.learned is None:
+            reason = self.problem or f"no waveform has been learned for axis {self.name} yet"
+            raise CompensationError(f"there is no waveform to compensate with: {reason}")
+
     def suspend(self, *, on: bool) -> None:
         """Suspend the waveform while something else is learned, or resume it."""
         self._is_suspended = on
@@ -73,24 +80,3 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
             table = wave_table(self.learned.accelerations_m_s2, self.learned.waves_n)
             rests = rest_table(self.learned.rests)
         self._servo.change_params(with_waveform(self._servo.params, friction, table, rests))
-
-
-def load_waveforms(
-    machine: MachineConfig, servos: Sequence[AxisServo], store: WaveformStore, wanted: Compensation
-) -> list[WaveformCompensation]:
-    """Load the stored waveform of each axis and switch it as `wanted`.
-
-    Raises CompensationError when an axis lacks the wanted "waveform".
-    """
-    axes = []
-    for servo in servos:
-        axis = WaveformCompensation(servo, machine.axes[servo.name])
-        if axis.configured:
-            axis.load(store.active)
-        if wanted != "as configured":
-            axis.switch(on=wanted == "waveform")
-        if wanted == "waveform" and axis.learned is None:
-            reason = axis.problem or f"no waveform has been learned for axis {axis.name} yet"
-            raise CompensationError(f"there is no waveform to compensate with: {reason}")
-        axes.append(axis)
-    return axes

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation
 
 
 class LearningRequest(NamedTuple):

@@ -18,7 +18,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.realtime import uninterrupted
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
+from servo_ctrl.daemon.learning.learned_compensation import Compensation
 from servo_ctrl.daemon.page.object_access import ObjectAccess
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.page.page_service import PageService

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.rows import RowRouter
-from servo_ctrl.daemon.learning.collectors import GAP_SAMPLES_MAX, StrokeCollector, bridged
+from servo_ctrl.daemon.learning.collectors import GAP_SAMPLES_MAX, bridged, stroke_collector
 
 NAN = math.nan
 
@@ -21,7 +21,7 @@ def row(cycle: int, x_m: tuple[float, float], y_m: tuple[float, float]) -> list[
 
 
 def test_samples_are_those_of_the_axis_and_of_its_scale(machine_file: Path) -> None:
-    taken = StrokeCollector(load_machine(machine_file), "y")
+    taken = stroke_collector(load_machine(machine_file), "y")
     for cycle in range(5):
         taken.take(row(cycle, (7.0, 8.0), (0.1 * cycle, 0.2 * cycle)))
     command_m, position_m = taken.samples()
@@ -30,7 +30,7 @@ def test_samples_are_those_of_the_axis_and_of_its_scale(machine_file: Path) -> N
 
 
 def test_missed_ticks_leave_a_gap_in_the_position_and_none_in_the_command(machine_file: Path) -> None:
-    taken = StrokeCollector(load_machine(machine_file), "x")
+    taken = stroke_collector(load_machine(machine_file), "x")
     for cycle in (10, 11, 16, 17):
         taken.take(row(cycle, (float(cycle), float(cycle)), (0.0, 0.0)))
     command_m, position_m = taken.samples()
@@ -65,7 +65,7 @@ def test_rows_are_streamed_always_and_observed_outside_of_strokes(machine_file: 
     rows = RowRouter(observed.append)
     rows.take(row(0, (0.0, 0.0), (0.0, 0.0)))
     rows.stream = streamed.append
-    rows.stroke = StrokeCollector(load_machine(machine_file), "x").take
+    rows.stroke = stroke_collector(load_machine(machine_file), "x").take
     rows.take(row(1, (0.0, 0.0), (0.0, 0.0)))
     rows.stroke = None
     rows.take(row(2, (0.0, 0.0), (0.0, 0.0)))

@@ -11,7 +11,7 @@ from learning_stand import LearningStand
 from waveform_examples import example_waveform
 
 from servo_ctrl.commands.command import Command, CommandRequest
-from servo_ctrl.daemon.learning.pulse_compensation import CompensationError
+from servo_ctrl.daemon.learning.learned_compensation import CompensationError
 from servo_ctrl.learned.file_model import LearnedFile
 from servo_ctrl.learned.store import StoreError, WaveformStore
 from servo_ctrl.learned.waveform_model import LearnedWaveform
