@@ -14,6 +14,11 @@ def compiled_layout(values: ArrayLike) -> Array:
     return np.require(values, np.float64, ("C", "W"))
 
 
+def rms(values: NDArray[np.float64]) -> float:
+    """Return the root mean square of values."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def true_runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return the first and one past the last index of each run of true values in `mask` (n,)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.physics.motor import voltage_saturation as physics
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
@@ -93,14 +93,10 @@ def _standing_out(samples: _Samples, shape: ShapeParameters) -> float:
     below = samples.rigid[~beyond], samples.force_n[~beyond]
     gram = below[0].T @ below[0]
     fitted = np.linalg.solve(gram + RIDGE * np.diag(np.diag(gram) + 1.0), below[0].T @ below[1])
-    left_n = _rms(below[1] - below[0] @ fitted)
-    off_limit_n = _rms(samples.rigid[beyond] @ fitted - available_n[beyond])
-    missing_n = _rms(samples.force_n[beyond] - available_n[beyond])
+    left_n = rms(below[1] - below[0] @ fitted)
+    off_limit_n = rms(samples.rigid[beyond] @ fitted - available_n[beyond])
+    missing_n = rms(samples.force_n[beyond] - available_n[beyond])
     return missing_n / max(left_n, off_limit_n, 1e-300)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _refused(found: IdentifiedTerms) -> str:

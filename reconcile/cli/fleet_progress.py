@@ -1,37 +1,15 @@
 """Progress of `reconcile fleet` on standard error: a bar on a terminal, else a line for each axis."""
 
-import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeElapsedColumn
 
 from reconcile.fleet.rows import Row
 
-RATE_AXES = 200
-"""Axes over which the rate is averaged: not over all, because workers join and leave; chosen."""
-
-
-class Pace:
-    """Measures how many axes are done in a minute."""
-
-    def __init__(self, total: int) -> None:
-        self.total, self.ended = total, 0
-        self._times = deque([time.monotonic()], maxlen=RATE_AXES + 1)
-
-    def count_axis(self) -> None:
-        """Count one more axis, done now."""
-        self.ended += 1
-        self._times.append(time.monotonic())
-
-    def text(self) -> str:
-        """Return `12.3 axes a minute, 1 h 05 min to go`; empty before the first axis is done."""
-        took_s = self._times[-1] - self._times[0]
-        if len(self._times) < 2 or took_s <= 0.0:
-            return ""
-        rate_1_s = (len(self._times) - 1) / took_s
-        return f"{60.0 * rate_1_s:.3g} axes a minute, {duration((self.total - self.ended) / rate_1_s)} to go"
+RATE_S = 3600.0
+"""Time over which the rate is averaged: not over all, because workers join and leave; chosen."""
 
 
 def show_rows(rows: Iterable[Row], total: int, console: Console) -> None:
@@ -43,21 +21,31 @@ def show_rows(rows: Iterable[Row], total: int, console: Console) -> None:
         TextColumn("{task.fields[pace]}", markup=False),
         TimeElapsedColumn(),
     )
-    pace = Pace(total)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    shown = console.is_terminal
+    with Progress(
+        *columns, console=console, transient=True, disable=not shown, speed_estimate_period=RATE_S
+    ) as bar:
         task = bar.add_task("starting", total=total, pace="")
-        for row in rows:
-            pace.count_axis()
+        for ended, row in enumerate(rows, start=1):
             name = f"{row['machine']}/{row['axis']}"
             problems = [f"{row['status']}: {row['error']}"] if row["error"] else []
             problems += [f"without {bad['file']}: {bad['reason']}" for bad in row["bad_files"]]
             for problem in problems:
                 bar.console.print(f"{name}: {problem}", highlight=False, markup=False, soft_wrap=True)
             outcome = f"{name}: {row['verdict'] or row['status']}"
-            bar.update(task, advance=1, description=outcome, pace=pace.text())
-            if not console.is_terminal:
-                line = f"[{pace.ended}/{pace.total}] {outcome}; {pace.text()}"
+            bar.update(task, advance=1, description=outcome)
+            pace = _pace(bar.tasks[0])
+            bar.update(task, pace=pace)
+            if not shown:
+                line = f"[{ended}/{total}] {outcome}; {pace}"
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def _pace(task: Task) -> str:
+    """Return `12.3 axes a minute, 1 h 05 min to go`; empty before two axes are done."""
+    if task.speed is None or task.time_remaining is None:
+        return ""
+    return f"{60.0 * task.speed:.3g} axes a minute, {duration(task.time_remaining)} to go"
 
 
 def duration(seconds: float) -> str:

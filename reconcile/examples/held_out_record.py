@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.catalogue.periodic import pair
 from reconcile.catalogue.registry import TIMING
@@ -162,9 +162,9 @@ class TwoRecords:
             for one in tried:
                 one[place] = 0.0
                 one[place] = late_force @ (early_y - early_columns @ one) / (late_force @ late_force)
-        best = min(tried, key=lambda one: _rms_of(early_y - early_columns @ one))
-        train = _rms_of((y - columns @ theta)[both.used[0]])
-        return train, _rms_of(other_y[late] - other_columns[late] @ best)
+        best = min(tried, key=lambda one: rms(early_y - early_columns @ one))
+        train = rms((y - columns @ theta)[both.used[0]])
+        return train, rms(other_y[late] - other_columns[late] @ best)
 
     def _shifted(self, both: RegressionProblem, theta: Array, shift_m: float) -> Array:
         """Return the coefficients with the encoder zero shifted by `shift_m`."""
@@ -189,10 +189,6 @@ def _places(both: RegressionProblem, effects: Sequence[Effect]) -> list[int]:
     return places
 
 
-def _rms_of(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def _residual_rms(columns: Array, y: Array) -> float:
     """Return the RMS residual of a least-squares fit."""
-    return _rms_of(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])
+    return rms(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array, Index
+from kernels.arrays import Array, Index, rms
 from kernels.heap import trim_heap
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import ResidualChannel
@@ -221,4 +221,4 @@ def _with_rigid_parameters(axis: NominalAxis, fitted: Mapping[str, float]) -> No
 
 
 def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+    return rms(values) if len(values) else 0.0

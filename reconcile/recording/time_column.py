@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from reconcile.errors import ReconcileError
 
 Indices = NDArray[np.intp]
@@ -133,7 +133,7 @@ def _stamps_are_instants(late_s: Array, number: Indices, position_m: Array, peri
     roughness = [
         np.diff(y, 4, prepend=y[:4])[without_gap] for y in (known_m, known_m - velocity_m_s * late_s)
     ]
-    as_even, as_stamped = (float(np.sqrt(np.mean(y**2))) for y in roughness)
+    as_even, as_stamped = (rms(y) for y in roughness)
     return as_stamped < ROUGHNESS_RATIO * as_even
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from hil_sim.config import ConfigError, PlantConfig, build_plant, load_plant
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from reconcile.catalogue.registry import CATALOGUE
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import NominalModel, write_model
@@ -61,12 +61,12 @@ class Replay(NamedTuple):
 
     def error(self) -> ReplayError:
         """Compare over the whole recording; the scale's mean difference is its zero and is removed."""
-        scale_rms_m, force_rms_n = None, _rms(self.replayed_force_n - self.force_n)
+        scale_rms_m, force_rms_n = None, rms(self.replayed_force_n - self.force_n)
         if self.scale_m is not None and self.replayed_scale_m is not None:
             difference_m = self.replayed_scale_m - self.scale_m
-            scale_rms_m = _rms(difference_m - difference_m.mean())
-        relative = force_rms_n / max(_rms(self.force_n), 1e-300)
-        return ReplayError(force_rms_n, relative, _rms(self.replayed_motor_m - self.motor_m), scale_rms_m)
+            scale_rms_m = rms(difference_m - difference_m.mean())
+        relative = force_rms_n / max(rms(self.force_n), 1e-300)
+        return ReplayError(force_rms_n, relative, rms(self.replayed_motor_m - self.motor_m), scale_rms_m)
 
 
 def plant_of(
@@ -193,7 +193,3 @@ def shortened(recording: AxisRecording, kept: NDArray[np.bool_]) -> AxisRecordin
     channels: dict[str, Any] = {name: of[kept] for name, of in fields if isinstance(of, np.ndarray)}
     others = {name: values[kept] for name, values in recording.others.items()}
     return recording._replace(**channels, others=others)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

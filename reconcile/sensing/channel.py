@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 
 LARGEST_GRID_ERROR = 0.05
 """Largest RMS distance from multiples of the step, in steps, of quantised values; it is 0.29 for others."""
@@ -72,7 +72,7 @@ def is_on_grid(values: Array, step: float) -> bool:
 
 def _off_grid(places: Array) -> float:
     """Return the RMS distance of places (n,), in steps, from whole numbers."""
-    return float(np.sqrt(np.mean((places - np.rint(places)) ** 2)))
+    return rms(places - np.rint(places))
 
 
 def _distance_from_grid(levels: Array, step: float) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation
 from reconcile.regression.filter_ends import FILTER_HZ
@@ -41,7 +41,7 @@ def _achieved_gain(explanation: Explanation, sealed: Path) -> dict[str, Any] | N
     columns = _stacked(columns_by_recording, explanation.channel)
     scale = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
     theta, *_ = np.linalg.lstsq(columns[~held_out] / scale, y[~held_out], rcond=None)
-    floor = float(np.sqrt(np.mean((y - columns / scale @ theta)[held_out] ** 2)))
+    floor = rms((y - columns / scale @ theta)[held_out])
     before, after = explanation.refitted.heldout, explanation.after.heldout
     possible = before**2 - floor**2
     share = (before**2 - after**2) / possible if possible > MIN_ACHIEVABLE * before**2 else None

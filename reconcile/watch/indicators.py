@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array, Index
+from kernels.arrays import Array, Index, rms
 from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
@@ -209,7 +209,7 @@ def motion_features(datasets: Sequence[RegressionData]) -> list[float]:
     speed = np.abs(velocity[moving]) if moving.any() else np.array([1e-9])
     span = float(np.ptp(position)) + 1e-9
     return [
-        math.log(float(np.sqrt(np.mean(speed**2))) + 1e-9),
+        math.log(rms(speed) + 1e-9),
         math.log(float(np.median(speed)) + 1e-9),
         math.log(float(np.std(acceleration)) + 1e-9),
         math.log(span),

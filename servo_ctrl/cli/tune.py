@@ -99,20 +99,18 @@ def tune(
 
     servo-ctrl tune --machine mine --axis x --controller /run/servo-ctrl/page.sock
     """
-    from servo_ctrl.cli.tuning_run import TuningChoice, tune_and_report
+    from servo_ctrl.cli.tuning_run import tune_and_report
 
     tune_and_report(
-        TuningChoice(
-            machine=machine,
-            axis=axis,
-            out=out,
-            ms=ms,
-            bus=bus,
-            controller=controller,
-            who=who,
-            pacing=pacing.value,
-            force_n=force_n,
-        ),
+        machine,
+        axis,
+        out,
+        ms,
+        force_n,
+        bus,
+        controller,
+        who,
+        pacing.value,
         as_json=progress is ProgressFormat.JSON,
         apply=apply,
     )

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.control.axis_loop import (
     Response,
     characteristic_of,
@@ -47,4 +47,4 @@ def noise_gain_n_m(params: AxisParams, mass_kg: float) -> float:
     frequency_hz = all_frequencies_hz(params.period_s)
     loop = open_loop(params, mass_kg, frequency_hz)
     to_force = loop / (1.0 + loop) / rigid_mass(params.period_s, mass_kg, frequency_hz)
-    return float(np.sqrt(np.mean(np.abs(to_force) ** 2)))
+    return rms(np.abs(to_force))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.learning.performance import evaluation_m
 from servo_ctrl.learning.types import ReversalReport
 
@@ -90,7 +90,7 @@ def evaluated(window: Window) -> tuple[ReversalReport, Array] | None:
         acceleration_m_s2=window.acceleration_m_s2,
         contour_peak_m=float(contour_m.max()),
         error_peak_m=float(size_m.max()),
-        error_rms_m=float(np.sqrt(np.mean(error_m**2))),
+        error_rms_m=rms(error_m),
         error_mean_m=evaluation_m(error_m),
     )
     # a missing sample is NaN, and a NaN sample makes every indicator NaN

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 
 Indices = NDArray[np.int64]
 
@@ -99,7 +99,7 @@ def combined(reversal_indicators: list[Indicators]) -> Indicators:
         direction=reversal_indicators[0].direction,
         contour_peak_m=float(table[:, 0].max()),
         error_peak_m=float(table[:, 1].max()),
-        error_rms_m=float(np.sqrt(np.mean(table[:, 2] ** 2))),
+        error_rms_m=rms(table[:, 2]),
         error_mean_m=float(table[:, 3].mean()),
     )
 

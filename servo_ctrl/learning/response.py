@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.learning.types import Pulse
 
 KNOTS_S = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 12, 18, 26, 36, 50, 70, 95, 130, 180, 250, 350, 500, 800]) * 1e-3
@@ -101,7 +101,7 @@ def fit_response(strokes: Sequence[TriedStroke], best: TriedStroke, response: Pu
 
 def rms_m(error_m: Array) -> float:
     """Return the cost: RMS of the error, m. Unlike J, the mean |e|, it penalises single peaks."""
-    return float(np.sqrt(np.mean(error_m**2)))
+    return rms(error_m)
 
 
 def best_stroke(strokes: Sequence[TriedStroke]) -> TriedStroke:

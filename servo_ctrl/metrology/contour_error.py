@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.config.kernel_params import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import reason_of
@@ -156,7 +156,7 @@ def _positions(recording: Recording) -> tuple[Array, Array]:
 def _figures(distance_m: Array, line: NDArray[np.int64]) -> Figures:
     worst = int(np.argmax(distance_m))
     return Figures(
-        rms_m=float(np.sqrt(np.mean(distance_m**2))),
+        rms_m=rms(distance_m),
         p99_m=float(np.percentile(distance_m, 99.0)),
         largest_m=float(distance_m[worst]),
         line=int(line[worst]),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from kernels.arrays import Array
+from kernels.arrays import Array, true_runs
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.content import LevelLine, ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
@@ -151,8 +151,7 @@ def largest(values: Array) -> float:
 
 def longest_run(flags: NDArray[np.bool_]) -> int:
     """Return the length of the longest sequence of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
+    return max((end - first for first, end in true_runs(flags)), default=0)
 
 
 def in_um(value_m: float) -> str:

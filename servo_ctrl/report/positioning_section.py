@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, true_runs
 from servo_ctrl.learning.performance import REST_M
 from servo_ctrl.metrology.iso_230_2 import Positioning, positioning
 from servo_ctrl.report.axis_section import UM, in_um
@@ -69,9 +69,8 @@ def _readings(run: RecordedRun, axis: RecordedAxis) -> list[tuple[float, int, fl
     step_m = np.diff(command_m, prepend=np.nan)
     step_m[np.diff(run.cycle, prepend=run.cycle[0]) != 1] = np.nan
     rest = np.abs(step_m) < REST_M
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], rest, [False])).astype(np.int8)))
     found = []
-    for first, end in zip(edges[::2], edges[1::2], strict=True):
+    for first, end in true_runs(rest):
         approach_m = step_m[first - 1] if first else np.nan
         if end - first < SHORTEST_REST_S / run.header.period_s or not np.isfinite(approach_m):
             continue

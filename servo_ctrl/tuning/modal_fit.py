@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks, medfilt
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.control.modal_model import ModalModel, StructuralMode, residue_columns
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
 
@@ -183,4 +183,4 @@ def fit_modal_model(response: FrequencyResponse, period_s: float) -> ModalModel:
             for predicted, target in zip(predictions, problem.targets, strict=True)
         ]
     )
-    return model._replace(error=float(np.sqrt(np.mean(misfit**2))))
+    return model._replace(error=rms(misfit))

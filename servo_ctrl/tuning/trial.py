@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.excitation.proving_motion import AFTER_MOVE, CIRCLE, MOVE, STEP, STEP_S
@@ -83,7 +83,7 @@ def evaluate(
         move_peak_m=float(np.abs(move).max()),
         move_settling_s=_settling_s(after_move, band_m, period_s),
         circle_peak_m=float(np.abs(steady).max()),
-        circle_rms_m=float(np.sqrt(np.mean(steady**2))),
+        circle_rms_m=rms(steady),
         rest_rms_m=float(np.std(rest)),
         hums=hums,
     )

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_sim.config import PlantConfig
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.config.kernel_params import (
     axis_params,
     with_fuzzy,
@@ -117,7 +117,7 @@ class AxisStudy:
                 ends.append(error_m[-1])  # the error with which the next program line would start
         return Row(
             UM * max(float(np.abs(e).max()) for e in sines),
-            UM * max(float(np.sqrt(np.mean(e**2))) for e in sines),
+            UM * max(rms(e) for e in sines),
             UM * float(np.abs(ends).max()),
         )
 

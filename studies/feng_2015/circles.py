@@ -8,6 +8,7 @@ import numpy as np
 from rich.console import Console
 from rich.markdown import Markdown
 
+from kernels.arrays import rms
 from servo_ctrl.cli.circle_report import draw_circles, indicator_table
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
@@ -57,7 +58,7 @@ def summary(results: list[CircleResult]) -> dict[str, Any]:
             for result in results
         ],
         "published_x_relative_errors_percent": {feed: row._asdict() for feed, row in errors.items()},
-        "relative_error_rms_percent": float(np.sqrt(np.mean(np.square(every)))) if every else None,
+        "relative_error_rms_percent": rms(np.array(every)) if every else None,
         "relative_error_largest_percent": max(every, key=abs) if every else None,
     }
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hil_sim.config import PlantConfig
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_program
@@ -110,6 +110,4 @@ def _recording(
 
 
 def _errors(deviation_m: Array) -> Errors:
-    return Errors(
-        UM * float(np.sqrt(np.mean(deviation_m**2))), UM * float(np.percentile(np.abs(deviation_m), 99.0))
-    )
+    return Errors(UM * rms(deviation_m), UM * float(np.percentile(np.abs(deviation_m), 99.0)))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.learning.performance import reversals
 
 SETTLED = 0.02
@@ -96,7 +96,7 @@ def sine_figures(command_m: Array, scale_m: Array, period_s: float) -> SineFigur
         np.count_nonzero(standstill[turn - half_stroke : turn + half_stroke]) for turn in turns[:-1]
     ]
     return SineFigures(
-        float(np.sqrt(np.mean(error_m**2))) * 1e6,
+        rms(error_m) * 1e6,
         float(np.max(np.abs(error_m))) * 1e6,
         float(np.mean(standstills)) * period_s,
     )

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_sim.config import PlantConfig
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
@@ -172,9 +172,9 @@ class Training:
         error_m, current_a = self._run(plant, params, reference)
         counted = slice(round(TRANSIENT_CYCLES / frequency_hz / self._period_s), None)
         return SineMeasures(
-            float(np.sqrt(np.mean(error_m[counted] ** 2))),
+            rms(error_m[counted]),
             float(np.max(np.abs(error_m[counted]))),
-            float(np.sqrt(np.mean(np.diff(current_a[counted]) ** 2))),
+            rms(np.diff(current_a[counted])),
         )
 
 

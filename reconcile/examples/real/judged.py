@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, rms
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.formats.nominal_axis import baseline_parameters
 from reconcile.nominal_model.model_file import load_model
@@ -39,7 +39,7 @@ class Judged(NamedTuple):
 
     def error(self, predicted_n: Array) -> float:
         """Return the RMS error of a prediction (n,) in the used samples, N."""
-        return float(np.sqrt(np.mean((self.force_n - predicted_n)[self.used] ** 2)))
+        return rms((self.force_n - predicted_n)[self.used])
 
     def kept(self) -> NDArray[np.int64]:
         """Return the indices of the samples to fit on, at four times the bandwidth of the filter."""
@@ -80,4 +80,4 @@ def model_residual_n(model: Path, one: Judged) -> Array:
 
 def error_of(model: Path, one: Judged) -> float:
     """Return the RMS of that residual in the used samples, N. Raises ReconcileError."""
-    return float(np.sqrt(np.mean(model_residual_n(model, one)[one.used] ** 2)))
+    return rms(model_residual_n(model, one)[one.used])
