@@ -9,15 +9,7 @@ import time
 from collections.abc import Callable, Collection, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from can_frames.frame import (
-    ERROR,
-    EXTENDED,
-    FRAME,
-    FRAME_BYTES,
-    IDENTIFIER_MASK,
-    REMOTE,
-    overrun_frame,
-)
+from can_frames.frame import ERROR, EXTENDED, FRAME, FRAME_BYTES, IDENTIFIER_MASK, REMOTE, overrun_frame
 from can_frames.message_batch import MOST_FRAMES, BatchSocket
 from kernels.lean_import import as_if_absent
 

@@ -11,10 +11,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Bench", "BenchError"]
 
-_MODULES = {
-    "Bench": "hil_sim.bench.bench",
-    "BenchError": "hil_sim.bench.bench",
-}
+_MODULES = {"Bench": "hil_sim.bench.bench", "BenchError": "hil_sim.bench.bench"}
 """Modules of the public names, which are imported at first use to keep the import of the package fast."""
 
 

@@ -8,6 +8,5 @@ import typer
 from shipped_files import shipped
 
 MachineOption = Annotated[
-    Path,
-    typer.Option(help="Machine directory with plant.toml, or the plant file itself.", callback=shipped),
+    Path, typer.Option(help="Machine directory with plant.toml, or the plant file itself.", callback=shipped)
 ]

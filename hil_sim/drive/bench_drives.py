@@ -101,8 +101,7 @@ class BenchDrives:
             for drive in self.drives:
                 drive.read_axis(dt_s)
         elif supervise_axes(
-            *(self._axes, self._objects, self._plant.state, dt_s),
-            *(FOLLOWING, LIMITED, self._findings),
+            *(self._axes, self._objects, self._plant.state, dt_s), *(FOLLOWING, LIMITED, self._findings)
         ):
             self.handle_findings(dt_s)
 

@@ -17,11 +17,7 @@ class NodeGuarding:
     """Calls `on_lost()` once when the life time is over, `on_return()` at the next remote frame."""
 
     def __init__(
-        self,
-        dictionary: Dictionary,
-        clock: Clock,
-        on_lost: Callable[[], None],
-        on_return: Callable[[], None],
+        self, dictionary: Dictionary, clock: Clock, on_lost: Callable[[], None], on_return: Callable[[], None]
     ) -> None:
         self._dictionary = dictionary
         self._clock = clock

@@ -105,8 +105,7 @@ class Kind(Enum):
     )
     FRICTION_POSITION = Role("sum of friction levels, by the position", (("level_n", "p position_m"),))
     FRICTION_DWELL = Role(
-        "sum of friction levels, by the dwell time",
-        (("level_n", "p s"), ("slide", "p s velocity_m_s dt_s")),
+        "sum of friction levels, by the dwell time", (("level_n", "p s"), ("slide", "p s velocity_m_s dt_s"))
     )
     FRICTION_DIRECTION = Role("sum of friction levels, by the direction", (("level_n", "p direction"),))
     DAMPING = Role("sum of dampings", (("damping_n_s_m", "p velocity_m_s"),))

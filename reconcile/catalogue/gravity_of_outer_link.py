@@ -7,12 +7,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
-from reconcile.catalogue.other_joints import (
-    moved_joints,
-    name_of_joint,
-    number_of_joint,
-    with_name_of_joint,
-)
+from reconcile.catalogue.other_joints import moved_joints, name_of_joint, number_of_joint, with_name_of_joint
 from reconcile.catalogue.periodic import amplitude_and_phase_rad, pair, sine_and_cosine
 
 

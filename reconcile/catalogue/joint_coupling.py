@@ -18,12 +18,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
-from reconcile.catalogue.other_joints import (
-    moved_joints,
-    name_of_joint,
-    number_of_joint,
-    with_name_of_joint,
-)
+from reconcile.catalogue.other_joints import moved_joints, name_of_joint, number_of_joint, with_name_of_joint
 from reconcile.catalogue.periodic import amplitude_and_phase_rad, sine_and_cosine
 
 INNER, OUTER = 0.0, 1.0

@@ -3,7 +3,4 @@
 from hil_sim.physics.load import payload_mass as physics
 from reconcile.catalogue.entry import CatalogueEntry
 
-ENTRY = CatalogueEntry(
-    physics=physics,
-    shown_by="a known mass shows what a newton of the drive is worth",
-)
+ENTRY = CatalogueEntry(physics=physics, shown_by="a known mass shows what a newton of the drive is worth")

@@ -112,11 +112,7 @@ QUANTITIES: dict[str, tuple[str, str, Callable[[RegressionData], Array]]] = {
     "friction": ("friction", "N", lambda data: data.motion.direction),
     "viscous_friction": ("viscous friction", "N s/m", lambda data: data.motion.velocity_m_s),
     "mass": ("mass", "kg", lambda data: data.motion.acceleration_m_s2),
-    "delay": (
-        "delay of the force",
-        "s",
-        lambda data: np.gradient(data.model_force_n, data.period_s),
-    ),
+    "delay": ("delay of the force", "s", lambda data: np.gradient(data.model_force_n, data.period_s)),
 }
 """What may change at a moment: its name, its unit, and the force that one unit of it makes."""
 MOMENTS = {

@@ -61,9 +61,7 @@ ENTRY = CatalogueEntry(
         Rival("quadratic_viscous_friction"),
         Rival("voltage_saturation", "a torque constant is lost at low speed too, voltage only at high speed"),
         Rival(
-            "payload_mass",
-            "a known mass shows what a newton of the drive is worth",
-            experiment="added mass",
+            "payload_mass", "a known mass shows what a newton of the drive is worth", experiment="added mass"
         ),
     ),
     shown_by="force is lost at its peaks, at any speed",

@@ -39,8 +39,7 @@ NegligibleShareOption = Annotated[
     ),
 ]
 ProgressOption = Annotated[
-    ProgressFormat,
-    typer.Option(help="On standard error: words, or for a program a line of JSON a step."),
+    ProgressFormat, typer.Option(help="On standard error: words, or for a program a line of JSON a step.")
 ]
 
 

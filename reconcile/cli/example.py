@@ -59,9 +59,7 @@ def example(
     folder, run = examples[name]
     progress = Console(stderr=True)
     result = run(
-        data_directory(folder, data),
-        out,
-        lambda text: progress.print(text, style="dim", highlight=False),
+        data_directory(folder, data), out, lambda text: progress.print(text, style="dim", highlight=False)
     )
     table = Table(title=result.title, title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "ours", "published, or the mark"):

@@ -37,8 +37,7 @@ def _print_version(is_asked: bool) -> None:
 @app.callback()
 def reconcile(
     _version: Annotated[
-        bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version."),
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Find the physics that a simulation left out, from recordings that disagree with it.

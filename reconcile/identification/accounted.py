@@ -74,12 +74,7 @@ class Accounted(NamedTuple):
 
 
 def accounted(
-    problem: RegressionProblem,
-    terms: Sequence[CandidateTerm],
-    weights: Array,
-    *,
-    noise: float,
-    share: float,
+    problem: RegressionProblem, terms: Sequence[CandidateTerm], weights: Array, *, noise: float, share: float
 ) -> Accounted:
     """Split the channel into its parts.
 

@@ -32,12 +32,7 @@ def mass_bias_kg(problem: RegressionProblem, unexplained_n: float) -> float:
 
 
 def payload(
-    values: Mapping[str, Estimate],
-    axis: NominalAxis,
-    gain: float,
-    heldout_gain: float,
-    *,
-    bias_kg: float,
+    values: Mapping[str, Estimate], axis: NominalAxis, gain: float, heldout_gain: float, *, bias_kg: float
 ) -> IdentifiedEffect | None:
     """Return the payload if the identified baseline `values` show one; `gain`: share explained by refitting.
 

@@ -21,11 +21,7 @@ from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import compare_rivals
 from reconcile.identification.selected_terms import SearchInputs, SelectedTerms
-from reconcile.identification.spring_beside_terms import (
-    spring_beside,
-    spring_of,
-    with_spring_refitted,
-)
+from reconcile.identification.spring_beside_terms import spring_beside, spring_of, with_spring_refitted
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.candidate_term import CandidateTerm, TermKey, effect_names
 from reconcile.regression.model_presliding import regressed_terms

@@ -127,11 +127,7 @@ def _set_aside(error: ReconcileError) -> SensorFinding:
     place = f"{error.where}: " if error.where else ""
     message = f"the recording is set aside: {place}{error.reason}"
     return SensorFinding(
-        check="unreadable",
-        severity="warning",
-        source=error.file,
-        message=message,
-        remedy=error.remedy,
+        check="unreadable", severity="warning", source=error.file, message=message, remedy=error.remedy
     )
 
 

@@ -76,10 +76,7 @@ def moved_kg(problem: RegressionProblem, chosen: Sequence[CandidateTerm], totals
 
 
 def _filtered(
-    problem: RegressionProblem,
-    slots: Sequence[tuple[int, int]],
-    weights: Array,
-    places: dict[str, list[int]],
+    problem: RegressionProblem, slots: Sequence[tuple[int, int]], weights: Array, places: dict[str, list[int]]
 ) -> dict[str, Array]:
     """Prediction (n,) of each effect, and the baseline's columns (n, k) by "", in the samples in use."""
     found: dict[str, list[Array]] = {effect: [] for effect in ("", *places)}

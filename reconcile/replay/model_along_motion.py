@@ -72,13 +72,7 @@ def rounded_like(values: Array, like: Array) -> Array:
 
 @kernel
 def _follow_motion(
-    p: Any,
-    s: Any,
-    substeps: int,
-    dt_s: float,
-    track: Array,
-    gains: tuple[float, float, float],
-    rows: Array,
+    p: Any, s: Any, substeps: int, dt_s: float, track: Array, gains: tuple[float, float, float], rows: Array
 ) -> None:
     """Follow `track` (3, n) of position, velocity, acceleration; `rows` (3, n) get force, scale and motor."""
     has = presence_of(p)

@@ -122,12 +122,7 @@ def promising_moments(
 
 
 def _explained_by_steps(
-    problem: RegressionProblem,
-    effect: str,
-    moments_s: Array,
-    residual: _FoldResidual,
-    *,
-    per_recording: bool,
+    problem: RegressionProblem, effect: str, moments_s: Array, residual: _FoldResidual, *, per_recording: bool
 ) -> Array:
     """Squares that a level before and one after each moment explain, (recordings or 1, moments)."""
     sums = []

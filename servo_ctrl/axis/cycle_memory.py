@@ -15,12 +15,7 @@ from servo_ctrl.axis.axis_parts import output_places
 from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import AxisParts, cycle_records
-from servo_ctrl.cyclic.axis_step import (
-    AXIS_COLUMNS,
-    MACHINE_COLUMNS,
-    REFERENCE_COLUMNS,
-    step_axes,
-)
+from servo_ctrl.cyclic.axis_step import AXIS_COLUMNS, MACHINE_COLUMNS, REFERENCE_COLUMNS, step_axes
 from servo_ctrl.cyclic.axis_supervision import begin_watch
 from servo_ctrl.cyclic.contour_coupling import Coupling, contour_records
 

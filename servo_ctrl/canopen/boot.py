@@ -48,8 +48,7 @@ async def boot_nodes(
 
     with _boot_ups(network, plans) as restarted:
         outcomes = await asyncio.gather(
-            *(asyncio.to_thread(boot_one, plan) for plan in plans),
-            return_exceptions=True,
+            *(asyncio.to_thread(boot_one, plan) for plan in plans), return_exceptions=True
         )
     failures = []
     for plan, outcome in zip(plans, outcomes, strict=True):
@@ -82,11 +81,7 @@ def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]
 
 
 def _boot_node(
-    network: Network,
-    plan: NodePlan,
-    restarted: set[int],
-    timeout_s: float,
-    tries: int = PRESENCE_TRIES,
+    network: Network, plan: NodePlan, restarted: set[int], timeout_s: float, tries: int = PRESENCE_TRIES
 ) -> None:
     """Check and configure one node, blocking (for a worker thread). Raises NodeError."""
     timeout_s = plan.sdo_timeout_s or timeout_s

@@ -20,8 +20,7 @@ NAME = "x"
 def new_machine(
     directory: Annotated[Path, typer.Argument(help="Directory to be made; must not exist yet.")],
     source: Annotated[
-        str | None,
-        typer.Option("--from", metavar="NAME", help="Copy a machine that comes with the program."),
+        str | None, typer.Option("--from", metavar="NAME", help="Copy a machine that comes with the program.")
     ] = None,
     axis: Annotated[
         list[str] | None,

@@ -62,8 +62,7 @@ PacingOption = Annotated[
     ),
 ]
 RecordOption = Annotated[
-    Path | None,
-    typer.Option(help="Directory for the recording (docs/recordings.md); must not hold one yet."),
+    Path | None, typer.Option(help="Directory for the recording (docs/recordings.md); must not hold one yet.")
 ]
 FifoOption = Annotated[
     bool, typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits).")
@@ -106,7 +105,7 @@ HmiSocketOption = Annotated[
     Path | None,
     typer.Option(
         help="Make the page's socket here, in a directory of this user alone, and start no page: "
-        "`python -m servo_ctrl.hmi serve --socket` does, as a service of its own.",
+        "`python -m servo_ctrl.hmi serve --socket` does, as a service of its own."
     ),
 ]
 MqttOption = Annotated[

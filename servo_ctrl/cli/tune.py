@@ -24,14 +24,14 @@ TuneBusOption = Annotated[
     str | None,
     typer.Option(
         help="INTERFACE:CHANNEL of python-can. Without it hil-sim is started on the plant.toml beside "
-        "the machine file, in lockstep.",
+        "the machine file, in lockstep."
     ),
 ]
 ControllerOption = Annotated[
     Path | None,
     typer.Option(
         help="Local socket of a controller (servo-ctrl run --hmi-socket) that is ready: it makes the "
-        "motions, and stays in charge.",
+        "motions, and stays in charge."
     ),
 ]
 WhoOption = Annotated[
@@ -55,8 +55,7 @@ ProgressOption = Annotated[
 ApplyOption = Annotated[
     bool,
     typer.Option(
-        "--apply",
-        help="Write proved values into the machine file; the file as it was stays beside it.",
+        "--apply", help="Write proved values into the machine file; the file as it was stays beside it."
     ),
 ]
 

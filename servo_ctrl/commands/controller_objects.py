@@ -35,9 +35,7 @@ _WORDS = ", ".join(f"{command.value} {command.word}" for command in Command)
 FIELDS = (
     Field("Controller error", Entry(LAST_ERROR, 0, DataType.TEXT), "The last error, as in the log."),
     Field(
-        "Command",
-        Entry(COMMAND, 0, DataType.U8, writable=True),
-        f"{_WORDS}. Reads as the last one accepted.",
+        "Command", Entry(COMMAND, 0, DataType.U8, writable=True), f"{_WORDS}. Reads as the last one accepted."
     ),
     Field(
         "Axis selection",

@@ -97,11 +97,7 @@ def _shown_value(entry: dict[str, Any]) -> str:
 
 
 def _shown_range(entry: dict[str, Any]) -> str:
-    bounds = (
-        ("> ", "exclusiveMinimum"),
-        (">= ", "minimum"),
-        ("<= ", "maximum"),
-    )
+    bounds = (("> ", "exclusiveMinimum"), (">= ", "minimum"), ("<= ", "maximum"))
     shown = [f"{sign}{entry[name]:.10g}" for sign, name in bounds if name in entry]
     return " " + ", ".join(shown) if shown else ""
 

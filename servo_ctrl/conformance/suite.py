@@ -7,13 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 from servo_ctrl.canopen.stack import load_eds
-from servo_ctrl.conformance import (  # noqa: F401  # each registers its clauses
-    nmt_clauses,
-    object_clauses,
-    pdo_clauses,
-    profile_clauses,
-    sdo_clauses,
-)
+from servo_ctrl.conformance import nmt_clauses, object_clauses, pdo_clauses, profile_clauses, sdo_clauses  # noqa: F401  # each registers its clauses
 from servo_ctrl.conformance.clauses import CLAUSES, ENTER_PRE_OPERATIONAL, Clause, NodeUnderTest
 from servo_ctrl.conformance.dialogue import Dialogue, Failed, NotApplicable, Refused, Wire
 from servo_ctrl.conformance.verdicts import ClauseFinding, Verdict

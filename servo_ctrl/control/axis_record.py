@@ -40,10 +40,7 @@ def tick_axis(axis: Any, tables: Pool) -> None:
     write(axis["state"], state)
     write(axis["command"], command)
     counts = set_point_counts(
-        read(axis["units"], SetPointUnits),
-        params.feedforward.velocity,
-        command,
-        sample.velocity_command_m_s,
+        read(axis["units"], SetPointUnits), params.feedforward.velocity, command, sample.velocity_command_m_s
     )
     write(axis["counts"], counts)
     measured_n = sample.motor_force_n

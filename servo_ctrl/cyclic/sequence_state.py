@@ -38,18 +38,9 @@ class Step(NamedTuple):
 
 
 # Members of `Phase` and `Problem` as ints: an enumeration would compile to another type.
-(
-    TAKING_OVER,
-    AWAITING_REST,
-    SWITCHING_ON,
-    HOMING,
-    SETTLING,
-    SERVO,
-    QUICK_STOPPING,
-    DISABLING,
-    OFF,
-    LOST,
-) = (int(phase) for phase in Phase)
+(TAKING_OVER, AWAITING_REST, SWITCHING_ON, HOMING, SETTLING, SERVO, QUICK_STOPPING, DISABLING, OFF, LOST) = (
+    int(phase) for phase in Phase
+)
 NO_PROBLEM, STAYS, MOVES, LEFT, LEFT_HOMING, HOMING_ERROR, HOMING_TOO_LONG, STAYS_IN_MODE = (
     int(problem) for problem in Problem
 )

@@ -63,11 +63,7 @@ def loop_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
         ("before", before.plant.frequency_hz, loop_of(before.params, before.plant)),
         ("after", after.plant.frequency_hz, loop_of(after.params, after.plant)),
         ("after, measured", verified.frequency_hz[lines], verified.loop[lines]),
-        (
-            VELOCITY_LOOP,
-            after.plant.frequency_hz,
-            velocity_loop_of(after.params, after.plant),
-        ),
+        (VELOCITY_LOOP, after.plant.frequency_hz, velocity_loop_of(after.params, after.plant)),
     )
     return tuple(
         ResponseCurve(name, hz[hz >= FROM_HZ], response[hz >= FROM_HZ]) for name, hz, response in drawn

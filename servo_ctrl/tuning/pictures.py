@@ -44,10 +44,7 @@ def _summary(result: TuneResult) -> ReportSection:
     rows = [(key, f"{present[key]:g}", f"{value:g}") for key, value in control.items()]
     for key, value in result.sections.get("notch", {}).items():
         rows.append((f"notch.{key}", "", f"{value:g}" if isinstance(value, float) else str(value).lower()))
-    margins = [
-        _margin_row("before", result.before),
-        _margin_row("after", result.after),
-    ]
+    margins = [_margin_row("before", result.before), _margin_row("after", result.after)]
     text = section_text(result.axis, result.sections)
     return ReportSection(
         "What was found",
@@ -97,10 +94,7 @@ def _plant(result: TuneResult) -> ReportSection:
     series = [Series(one.name, one.frequency_hz, one.magnitude * 1e6) for one in curves]
     angles = [Series(one.name, one.frequency_hz, one.phase_deg) for one in curves]
     hz = response.frequency_hz
-    coherence = (
-        Series("motor", hz, response.motor_coherence),
-        Series("scale", hz, response.scale_coherence),
-    )
+    coherence = (Series("motor", hz, response.motor_coherence), Series("scale", hz, response.scale_coherence))
     marks = ", ".join(f"{mode.frequency_hz:.1f} Hz" for mode in result.proposal.resonances) or "none"
     return ReportSection(
         "The plant, from force to position",

@@ -55,8 +55,7 @@ def along(label: str, curve_m: Array, feed_m_s: float, period_s: float) -> Motio
     acceleration_m_s2 = np.gradient(velocity_m_s, period_s, axis=0)
     parts = (position_m, velocity_m_s, acceleration_m_s2, np.zeros_like(position_m))
     return Motion(
-        label,
-        {axis: np.column_stack([part[:, index] for part in parts]) for index, axis in enumerate(AXES)},
+        label, {axis: np.column_stack([part[:, index] for part in parts]) for index, axis in enumerate(AXES)}
     )
 
 

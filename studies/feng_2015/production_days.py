@@ -45,10 +45,7 @@ class Batch(NamedTuple):
 
 START_S, NIGHT_S = 30.0, 12.0 * 3600.0
 """From power to the first part, and from day to day, seconds; chosen: boot, homing, start of a program."""
-DAYS = (
-    (Batch(14, 90.0), Batch(4, 300.0), Batch(4, 150.0), Batch(4, 0.0)),
-    (Batch(14, 200.0), Batch(4, 0.0)),
-)
+DAYS = ((Batch(14, 90.0), Batch(4, 300.0), Batch(4, 150.0), Batch(4, 0.0)), (Batch(14, 200.0), Batch(4, 0.0)))
 """Batches by day; chosen: two cold starts with their warm-ups, and pauses in which the axis cools partly."""
 Thermometer = Callable[[float, float], float]
 """Time s and rise of the lubricant K to the reading, degC; NaN: none."""

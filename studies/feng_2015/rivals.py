@@ -97,10 +97,7 @@ def tuned_rivals(
 
 
 def rival_figures(
-    machine: MachineConfig,
-    plant: PlantConfig,
-    program: TwinProgram,
-    learned: dict[str, WaveformLearned],
+    machine: MachineConfig, plant: PlantConfig, program: TwinProgram, learned: dict[str, WaveformLearned]
 ) -> list[dict[str, Any]]:
     """Return name, setting, robustness, curve and the four indicators (um) on every motion, of every rival.
 

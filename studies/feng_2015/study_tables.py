@@ -15,11 +15,7 @@ from studies.feng_2015.waveform_study import WAVEFORM
 from studies.markdown_table import markdown_table
 
 VARIANTS = (WITHOUT, OBSERVER, PULSE, SINGLE, WAVEFORM)
-PUBLISHED_X = {
-    WITHOUT: FENG_2015_X_UNCOMPENSATED,
-    OBSERVER: FENG_2015_X_OBSERVER,
-    PULSE: FENG_2015_X_PULSE,
-}
+PUBLISHED_X = {WITHOUT: FENG_2015_X_UNCOMPENSATED, OBSERVER: FENG_2015_X_OBSERVER, PULSE: FENG_2015_X_PULSE}
 INDICATORS = ("contour peak", "mean \\|e\\|", "peak \\|e\\|", "RMS e")
 
 

@@ -74,10 +74,7 @@ def coupled(machine: MachineConfig, gain_1_s: float = GAIN_1_S) -> MachineConfig
 
 
 def contour_errors(
-    machine: MachineConfig,
-    plant: PlantConfig,
-    motions: Motions,
-    params: dict[str, AxisParams] | None = None,
+    machine: MachineConfig, plant: PlantConfig, motions: Motions, params: dict[str, AxisParams] | None = None
 ) -> dict[str, Errors]:
     """Return the errors of each motion: of circles over the last turn, of the outline at feed."""
     acting = params or {name: axis_params(machine, name) for name in machine.axes}

@@ -20,12 +20,7 @@ from studies.wang_2014.stages import PAPER, STAGES
 Found = Mapping[tuple[str, str], Deviations]
 
 UM = 1e6
-WANG_2014_UM = {
-    "uncompensated": 25.00,
-    "open_loop": 11.92,
-    "sampled_dual_loop": 6.49,
-    "smoothed": 1.14,
-}
+WANG_2014_UM = {"uncompensated": 25.00, "open_loop": 11.92, "sampled_dual_loop": 6.49, "smoothed": 1.14}
 """Published at 100 mm (Wang et al. 2014); open_loop with a spread of +- 1."""
 FINAL_UM = WANG_2014_UM["smoothed"]
 AIM_UM = 0.5

@@ -96,7 +96,5 @@ def sine_figures(command_m: Array, scale_m: Array, period_s: float) -> SineFigur
         np.count_nonzero(standstill[turn - half_stroke : turn + half_stroke]) for turn in turns[:-1]
     ]
     return SineFigures(
-        rms(error_m) * 1e6,
-        float(np.max(np.abs(error_m))) * 1e6,
-        float(np.mean(standstills)) * period_s,
+        rms(error_m) * 1e6, float(np.max(np.abs(error_m))) * 1e6, float(np.mean(standstills)) * period_s
     )

@@ -113,11 +113,7 @@ def main() -> None:
             "measures": [
                 {
                     "steps": [
-                        {
-                            "itae_m_s2": step.itae_m_s2,
-                            "swing": step.overshoot,
-                            "unrest": step.settling_error,
-                        }
+                        {"itae_m_s2": step.itae_m_s2, "swing": step.overshoot, "unrest": step.settling_error}
                         for step in entry.steps
                     ],
                     "sines": [sine._asdict() for sine in entry.sines],

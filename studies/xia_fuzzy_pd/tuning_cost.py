@@ -172,9 +172,7 @@ class Training:
         error_m, current_a = self._run(plant, params, reference)
         counted = slice(round(TRANSIENT_CYCLES / frequency_hz / self._period_s), None)
         return SineMeasures(
-            rms(error_m[counted]),
-            float(np.max(np.abs(error_m[counted]))),
-            rms(np.diff(current_a[counted])),
+            rms(error_m[counted]), float(np.max(np.abs(error_m[counted]))), rms(np.diff(current_a[counted]))
         )
 
 

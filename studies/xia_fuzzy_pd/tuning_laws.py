@@ -75,10 +75,7 @@ def in_the_file(law: str, values: Mapping[str, float]) -> dict[str, dict[str, fl
         "output_mm_s": values["output_mm_s"],
         "ki_1_s2": values["ki_1_s2"],
     }
-    return {
-        "control": control,
-        "fuzzy_pd": {key: _rounded(value) for key, value in fuzzy.items()},
-    }
+    return {"control": control, "fuzzy_pd": {key: _rounded(value) for key, value in fuzzy.items()}}
 
 
 def _rounded(value: float) -> float:

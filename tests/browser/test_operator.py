@@ -25,14 +25,7 @@ from operator_recovers import (
     write_an_object,
 )
 from playwright.sync_api import BrowserContext, Page, expect
-from simulated_table import (
-    SHORT_CIRCLE,
-    SHORT_LEARNING,
-    ServedTable,
-    opened,
-    served_table,
-    table_directory,
-)
+from simulated_table import SHORT_CIRCLE, SHORT_LEARNING, ServedTable, opened, served_table, table_directory
 
 from servo_ctrl.files.toml_text import toml_text
 

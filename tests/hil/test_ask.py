@@ -82,11 +82,7 @@ async def test_settings_arrive_in_si(bench: Any, xy_table: Path) -> None:
     with controller(bench.bus_spec, xy_table) as handler:
         for words in (("required-um", "3.5"), ("learner", "paper"), ("adaptation", "on")):
             assert (await ask(bench.bus_spec, xy_table, "set", *words)).exit_code == 0
-        assert handler.changes == [
-            ("required_m", 3.5e-6),
-            ("learner", "paper"),
-            ("adaptation", True),
-        ]
+        assert handler.changes == [("required_m", 3.5e-6), ("learner", "paper"), ("adaptation", True)]
 
 
 async def test_the_status_is_a_table_or_json(bench: Any, xy_table: Path) -> None:

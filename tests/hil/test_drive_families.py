@@ -121,10 +121,7 @@ def test_a_family_in_other_units_than_the_file_states_is_refused(
 
 @pytest.mark.parametrize(
     ("family", "setting", "usual"),
-    [
-        ("jvl_mis", "homing_bits", "10 and 12"),
-        ("engel_hbi", "mode_switch", "enabled"),
-    ],
+    [("jvl_mis", "homing_bits", "10 and 12"), ("engel_hbi", "mode_switch", "enabled")],
 )
 def test_without_its_key_a_family_does_not_become_ready(
     family: str, setting: str, usual: str, tmp_path: Path

@@ -7,15 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fault_bench import BRAKE, COLUMN, POWER_OFF, SHARED, FaultBench
-from fault_reaction import (
-    FAULT_CYCLE,
-    FAULT_TIME_S,
-    LAST_CYCLE,
-    XY_TABLE,
-    X,
-    Y,
-    assert_reaction_in_time,
-)
+from fault_reaction import FAULT_CYCLE, FAULT_TIME_S, LAST_CYCLE, XY_TABLE, X, Y, assert_reaction_in_time
 from machine_files import text_of, write_controller
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles

@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 from fault_bench import BRAKE, FaultBench
-from fault_reaction import (
-    FAULT_CYCLE,
-    FAULT_TIME_S,
-    LAST_CYCLE,
-    XY_TABLE,
-    X,
-    assert_reaction_in_time,
-)
+from fault_reaction import FAULT_CYCLE, FAULT_TIME_S, LAST_CYCLE, XY_TABLE, X, assert_reaction_in_time
 
 from hil_sim.node.nmt import NEVER_US
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles, drive_alone_cycles

@@ -5,12 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fault_bench import BRAKE, FaultBench
-from fault_reaction import (
-    FAULT_CYCLE,
-    FAULT_TIME_S,
-    ROOT,
-    X,
-)
+from fault_reaction import FAULT_CYCLE, FAULT_TIME_S, ROOT, X
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles
 from servo_ctrl.axis.fault_policy import Event

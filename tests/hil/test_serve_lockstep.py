@@ -32,12 +32,7 @@ async def run_circle(
     machine = load_machine(machine_dir)
     async with asyncio.timeout(120.0):
         return await run_machine(
-            machine,
-            load_program(path, machine),
-            bench.bus_spec,
-            "lockstep",
-            directory,
-            **options,
+            machine, load_program(path, machine), bench.bus_spec, "lockstep", directory, **options
         )
 
 
@@ -92,12 +87,7 @@ async def test_learned_pulse_reduces_the_errors_at_the_reversals(bench: Any, tmp
         simulator = bench.simulate(machine_dir)
         directory = tmp_path / compensation
         report = await run_circle(
-            bench,
-            machine_dir,
-            directory,
-            1.3,
-            learned_dir=tmp_path / "functions",
-            compensation=compensation,
+            bench, machine_dir, directory, 1.3, learned_dir=tmp_path / "functions", compensation=compensation
         )
         simulator.terminate()
         simulator.wait(timeout=10.0)

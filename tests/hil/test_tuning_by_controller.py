@@ -95,8 +95,7 @@ async def test_a_tuning_is_proved_by_the_controller_whose_own_values_act_afterwa
 
 
 @pytest.mark.parametrize(
-    ("command", "reason"),
-    [("quick_stop", "quick stop by the operator"), ("abort_program", "it was aborted")],
+    ("command", "reason"), [("quick_stop", "quick stop by the operator"), ("abort_program", "it was aborted")]
 )
 async def test_a_stop_in_motion_ends_the_tuning(
     bench: Any, tmp_path: Path, command: str, reason: str

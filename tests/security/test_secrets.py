@@ -121,10 +121,7 @@ def test_tokens_and_sessions_are_in_nothing_that_the_page_writes(
 
     def posted(token: str) -> tuple[int, str, bytes]:
         connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=START_LIMIT_S, context=trusted)
-        headers = {
-            "Origin": f"https://127.0.0.1:{port}",
-            "Content-Type": "application/x-www-form-urlencoded",
-        }
+        headers = {"Origin": f"https://127.0.0.1:{port}", "Content-Type": "application/x-www-form-urlencoded"}
         connection.request("POST", "/login", f"token={quote(token, safe='')}", headers)
         response = connection.getresponse()
         found = response.status, response.getheader("set-cookie", ""), response.read()

@@ -33,10 +33,7 @@ def series(first: StateSpace, then: StateSpace) -> StateSpace:
     """The output of the first one is the input of the other."""
     a = np.block([[first.a, np.zeros((len(first.a), len(then.a)))], [then.b @ first.c, then.a]])
     return StateSpace(
-        a,
-        np.vstack([first.b, then.b @ first.d]),
-        np.hstack([then.d @ first.c, then.c]),
-        then.d @ first.d,
+        a, np.vstack([first.b, then.b @ first.d]), np.hstack([then.d @ first.c, then.c]), then.d @ first.d
     )
 
 

@@ -58,12 +58,7 @@ class ServedTable(NamedTuple):
 
 @contextlib.contextmanager
 def served_table(
-    machine: Path,
-    out: Path,
-    port: int,
-    environment: dict[str, str],
-    *,
-    period_us: int = PERIOD_US,
+    machine: Path, out: Path, port: int, environment: dict[str, str], *, period_us: int = PERIOD_US
 ) -> Iterator[ServedTable]:
     """Serve the machine in `machine` with drives off; learned results are in `out`.
 

@@ -65,9 +65,7 @@ def bus_spec(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def start_simulator(
-    start: Callable[..., subprocess.Popen[str]],
-) -> Callable[[str], subprocess.Popen[str]]:
+def start_simulator(start: Callable[..., subprocess.Popen[str]]) -> Callable[[str], subprocess.Popen[str]]:
     """Put the X-Y table on a bus."""
 
     def start_one(bus_spec: str) -> subprocess.Popen[str]:

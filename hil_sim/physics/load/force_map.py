@@ -37,8 +37,7 @@ class Params(NamedTuple):
     last_m_s: Annotated[float, Quantity("m/s", -100.0, 100.0, "velocity v2 of the last points", "mm/s")]
     velocities: Annotated[float, Quantity("", 2.0, VELOCITIES_MAX, "number of points along the velocity")]
     force_n: Annotated[
-        tuple[float, ...],
-        Quantity("N", -1e4, 1e4, "force T, all positions at v1 first", length=LENGTH),
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "force T, all positions at v1 first", length=LENGTH)
     ]
 
 

@@ -23,8 +23,7 @@ class TakeUpSettings:
     """Keys of the screw compensation that say how fast the lost motion is taken up."""
 
     take_up_acceleration_mm_s2: Annotated[
-        float,
-        Key("Acceleration with which the lost motion is taken up after a reversal, mm/s^2.", above=0.0),
+        float, Key("Acceleration with which the lost motion is taken up after a reversal, mm/s^2.", above=0.0)
     ] = 500.0
     take_up_jerk_mm_s3: Annotated[float, Key("Likewise its jerk, mm/s^3.", above=0.0)] = 50_000.0
 

@@ -86,11 +86,7 @@ def after_bad_sample(state: State) -> State:
 
 @kernel
 def observed_disturbance(
-    p: Params,
-    state: State,
-    motor_force_n: float,
-    velocity_m_s: float,
-    period_s: float,
+    p: Params, state: State, motor_force_n: float, velocity_m_s: float, period_s: float
 ) -> State:
     """State one period later; the estimate is held while the force is absent or the velocity spans a gap."""
     if not p.enabled or not math.isfinite(motor_force_n):

@@ -33,8 +33,7 @@ class FuzzyPdSettings:
     ]
     coarse_um: Annotated[float, Key("e2: from this error on the PD law is alone, micrometres.", above=0.0)]
     weight_1_mm: Annotated[
-        float,
-        Key("k_e of the exponential weighting between e1 and e2, 1/mm; small = linear.", at_least=1e-6),
+        float, Key("k_e of the exponential weighting between e1 and e2, 1/mm; small = linear.", at_least=1e-6)
     ] = 1.0
     error_gain_1_mm: Annotated[float, Key("Ke: an error of 1 / Ke is positive big, 1/mm.", above=0.0)]
     change_gain_s_mm: Annotated[

@@ -50,12 +50,10 @@ class SampledDualLoopSettings:
         Key("How a correction is moved: five-phase S curve, or trapezoidal velocity."),
     ] = "s_curve"
     acceleration_mm_s2: Annotated[
-        float | None,
-        Key("Of the corrections, mm/s^2; without it, that of the limits.", above=0.0),
+        float | None, Key("Of the corrections, mm/s^2; without it, that of the limits.", above=0.0)
     ] = None
     jerk_mm_s3: Annotated[
-        float | None,
-        Key("Of the corrections, mm/s^3; without it, that of the limits.", above=0.0),
+        float | None, Key("Of the corrections, mm/s^3; without it, that of the limits.", above=0.0)
     ] = None
 
 

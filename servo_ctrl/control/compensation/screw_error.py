@@ -39,8 +39,7 @@ class ScrewCompensationSettings:
     feed_mm_min: Annotated[float, Key("Speed of the travels, mm/min.", above=0.0)] = 1000.0
     dwell_s: Annotated[float, Key("Rest at the ends of a travel, seconds.", above=0.0, at_most=60.0)] = 0.5
     limit_um: Annotated[
-        float,
-        Key("A correction that would be larger is not learned, and not used, micrometres.", above=0.0),
+        float, Key("A correction that would be larger is not learned, and not used, micrometres.", above=0.0)
     ] = 200.0
 
 

@@ -64,9 +64,7 @@ class ProgramStart:
         return refused(BEING_CHECKED) if self.preparing else None
 
     def _start(
-        self,
-        failed: Callable[[str], None],
-        prepare: Callable[[Sequence[float]], FeedHold] | None = None,
+        self, failed: Callable[[str], None], prepare: Callable[[Sequence[float]], FeedHold] | None = None
     ) -> None:
         prepare = prepare or self._motion.prepare
         start_m = self._machine.set_points_m()

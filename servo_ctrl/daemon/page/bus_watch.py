@@ -34,11 +34,7 @@ class BusWatch:
     """Call `listen` after the handlers of the nodes are registered. `tap` counts the cycles."""
 
     def __init__(
-        self,
-        plans: Sequence[NodePlan],
-        machine: MachineController,
-        tap: RowTap,
-        bit_rate: int = 1_000_000,
+        self, plans: Sequence[NodePlan], machine: MachineController, tap: RowTap, bit_rate: int = 1_000_000
     ) -> None:
         self._bit_rate = bit_rate
         self._plans, self._machine, self._tap = tuple(plans), machine, tap

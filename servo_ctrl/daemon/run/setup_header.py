@@ -30,10 +30,7 @@ def setup_header(machine: MachineConfig) -> dict[str, Any]:
 def in_use_header(machine: MachineConfig, status: MachineStatus) -> dict[str, Any]:
     """Return the present keys `monitoring` and `compensation` of recording.json."""
     return {
-        "monitoring": {
-            "required_m": status.settings.required_m,
-            "window_s": machine.monitoring.window_s,
-        },
+        "monitoring": {"required_m": status.settings.required_m, "window_s": machine.monitoring.window_s},
         "compensation": {axis.name: _in_use(machine.axes[axis.name], axis) for axis in status.axes},
     }
 

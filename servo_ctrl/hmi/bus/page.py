@@ -118,9 +118,7 @@ class TrafficFigure(NamedTuple):
 def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
     """Load, frames, missed ticks and missing inputs."""
     name = tr(
-        "load of {rate:g} Mbit/s, fine up to {most:.0f} %",
-        rate=bus.bit_rate / 1e6,
-        most=100.0 * HIGH_LOAD,
+        "load of {rate:g} Mbit/s, fine up to {most:.0f} %", rate=bus.bit_rate / 1e6, most=100.0 * HIGH_LOAD
     )
     load = name, f"{100.0 * bus.load:.1f} %"
     return [

@@ -17,15 +17,7 @@ from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.job_view import STATES, JobView
 from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import (
-    button,
-    card,
-    choice,
-    div,
-    errors_notified,
-    faint,
-    named,
-)
+from servo_ctrl.hmi.shell.parts import button, card, choice, div, errors_notified, faint, named
 from servo_ctrl.hmi.shell.program_jobs import Job, JobState
 from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
 

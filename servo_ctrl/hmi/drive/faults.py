@@ -74,9 +74,7 @@ def faults_in(status: MachineStatus) -> Iterator[Fault]:
         axis = tr("Axis {axis}", axis=drive.axis.upper())
         if drive.error_code is not None:
             yield Fault(
-                axis,
-                advice_for_code(drive.error_code),
-                tr("error code {code:04X}h", code=drive.error_code),
+                axis, advice_for_code(drive.error_code), tr("error code {code:04X}h", code=drive.error_code)
             )
         elif drive.state in {"fault", "fault reaction active"}:
             yield Fault(axis, advice_for_code(_GENERIC_ERROR), tr("drive state: {state}", state=drive.state))

@@ -38,11 +38,7 @@ MIN_SCREW_POINTS = 2
 
 
 def indicator_figure(
-    reversals: Sequence[Reversal],
-    axes: Sequence[str],
-    indicator: str,
-    required_m: float,
-    look: Look,
+    reversals: Sequence[Reversal], axes: Sequence[str], indicator: str, required_m: float, look: Look
 ) -> dict[str, Any]:
     """Return one indicator of each reversal over the run time, one curve an axis; with J_required for J."""
     theme, unit = look.theme, look.units.error

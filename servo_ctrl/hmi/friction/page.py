@@ -140,9 +140,7 @@ def requirement_text(recent_m: Sequence[float], last_m: float, required_m: float
     if len(recent_m) >= MIN_REVERSALS:
         required = error.with_unit(required_m)
         text = tr(
-            "J, median of the last {count}; required {required}",
-            count=len(recent_m),
-            required=required,
+            "J, median of the last {count}; required {required}", count=len(recent_m), required=required
         )
     if shown_m > required_m:
         text += tr(" — above it")

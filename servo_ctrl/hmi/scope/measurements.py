@@ -11,14 +11,7 @@ from servo_ctrl.hmi.scope.stream import CapturedRows
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.units import NO_VALUE
 
-HEAD = (
-    word("minimum"),
-    word("maximum"),
-    word("peak to peak"),
-    word("mean"),
-    word("RMS"),
-    word("frequency"),
-)
+HEAD = (word("minimum"), word("maximum"), word("peak to peak"), word("mean"), word("RMS"), word("frequency"))
 FEWEST_CROSSINGS = 3
 """Rising crossings of the mean that a frequency needs; chosen."""
 

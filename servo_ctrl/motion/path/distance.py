@@ -64,12 +64,7 @@ def _to_line(point: Array, base: Array, direction: Array, length: float) -> floa
 
 @kernel
 def _to_arc(
-    point: Array,
-    base: Array,
-    direction: Array,
-    circle: _Circle,
-    plane: Indices,
-    length: float,
+    point: Array, base: Array, direction: Array, circle: _Circle, plane: Indices, length: float
 ) -> float:
     """Return the squared distance to an arc (radius, phase, turn): in closed form, for a helix by Newton."""
     _, phase, turn = circle
@@ -99,12 +94,7 @@ def _to_arc(
 
 @kernel
 def _to_place(
-    point: Array,
-    base: Array,
-    direction: Array,
-    circle: _Circle,
-    plane: Indices,
-    s: float,
+    point: Array, base: Array, direction: Array, circle: _Circle, plane: Indices, s: float
 ) -> tuple[float, float, float]:
     """Return the squared distance to the point s of an arc, and half its derivatives by s."""
     radius, phase, turn = circle

@@ -18,12 +18,7 @@ _KEPT_TIME_RATIO = 0.99  # a widening is kept if it reduces the time below this 
 
 
 def fastest(
-    outline: Outline,
-    feed_m_s: Array,
-    stops: Flags,
-    tolerance_m: float,
-    limits: MotionLimits,
-    period_s: float,
+    outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits, period_s: float
 ) -> tuple[Zones, Knots]:
     """Find the fastest motion along the path.
 

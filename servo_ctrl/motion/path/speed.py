@@ -119,11 +119,7 @@ def _smoothing_times(bounds: Bounds, limits: MotionLimits, period_s: float) -> l
         jerk = (limits.jerk_m_s3 / share).min(axis=1)
     length_m, top = float(bounds.length_m.sum()), int(np.argmax(bounds.speed_m_s))
     longest_s = float((acceleration / jerk).max())
-    times_s = [
-        longest_s,
-        math.sqrt(bounds.speed_m_s[top] / jerk[top]),
-        math.cbrt(0.5 * length_m / jerk[top]),
-    ]
+    times_s = [longest_s, math.sqrt(bounds.speed_m_s[top] / jerk[top]), math.cbrt(0.5 * length_m / jerk[top])]
     if len(share) == 1 and not bounds.derivatives[0, 1:].any():
         # a straight move: the speed reached at full acceleration selects the closed form
         full = acceleration[0] * longest_s

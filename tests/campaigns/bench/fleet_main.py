@@ -65,13 +65,7 @@ def rate(dataset: Path, models: Path, out: Path, workers: int) -> Rate:
     kept = sum(file.stat().st_size for file in (out / "axes").rglob("*") if file.is_file())
     count = len(rows)
     return Rate(
-        workers,
-        count,
-        start_s,
-        seconds,
-        60.0 * count / seconds,
-        used_s / count,
-        kept / (count + workers),
+        workers, count, start_s, seconds, 60.0 * count / seconds, used_s / count, kept / (count + workers)
     )
 
 

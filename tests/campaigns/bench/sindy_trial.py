@@ -34,9 +34,4 @@ def answer(recordings: Sequence[Path], model_file: Path) -> dict[str, Any]:
         left[name] = {channel: held.after / held.refitted for channel, held in peer.held_out.items()}
         level[name] = {channel: held.after for channel, held in peer.held_out.items()}
     found.sort(key=lambda one: -float(one["heldout_gain"]))
-    return {
-        "verdict": "effects" if found else "consistent",
-        "findings": found,
-        "left": left,
-        "level": level,
-    }
+    return {"verdict": "effects" if found else "consistent", "findings": found, "left": left, "level": level}

@@ -43,9 +43,7 @@ def draw(seed: int, kind: str | None = None, names: tuple[str, ...] | None = Non
         rng.choice([0.02, 0.024, 0.03, 0.032] if linear else [0.002, 0.004, 0.005, 0.01, 0.016, 0.02])
     )
     reach = Reach(
-        _spread(rng, 0.08, 0.5),
-        min(_spread(rng, 0.05, 0.5), lead_m * 40.0),
-        _spread(rng, 1.0, 6.0),
+        _spread(rng, 0.08, 0.5), min(_spread(rng, 0.05, 0.5), lead_m * 40.0), _spread(rng, 1.0, 6.0)
     )
     sound = _sound(rng, reach, linear=linear, lead_m=lead_m)
     peak_n = (

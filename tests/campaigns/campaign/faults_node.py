@@ -11,13 +11,7 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.wire import Arriving
 
 SDO_TO, SDO_FROM = 0x600, 0x580
-WRITES = (
-    (0x6085, 0, 4),
-    (0x6065, 0, 4),
-    (0x1017, 0, 2),
-    (0x6072, 0, 2),
-    (0x607D, 2, 4),
-)
+WRITES = ((0x6085, 0, 4), (0x6065, 0, 4), (0x1017, 0, 2), (0x6072, 0, 2), (0x607D, 2, 4))
 """Index, subindex and size in bytes of objects that boot has written."""
 
 

@@ -202,9 +202,7 @@ def test_fault_of_a_node_that_restarts_is_required_where_it_has_sent_inputs_befo
     assert (views(evidence._replace(plan=plan, second=restarts)).first is not None) is sent_between
 
 
-def test_delayed_inputs_are_allowed_for_in_the_deviation_of_scale_and_encoder(
-    evidence: Evidence,
-) -> None:
+def test_delayed_inputs_are_allowed_for_in_the_deviation_of_scale_and_encoder(evidence: Evidence) -> None:
     """The deviation exceeds its bound by half; at 1 m/s the travel of a cycle is twice as much."""
     assert evidence.injected is not None
     truth, axis, since = evidence.truth, evidence.axis, evidence.injected.cycle

@@ -60,10 +60,7 @@ async def rig(pacing: str, bitrate: int = 0, machine: Path = MACHINE) -> AsyncIt
             hub.append("--batch")
         simulator = [str(Path(sys.executable).with_name("hil-sim")), "run", "--machine", str(machine)]
         simulator += ["--bus", f"localcan:{socket}", "--pacing", pacing]
-        async with (
-            running("the CAN hub", hub, "bus at"),
-            running("hil-sim", simulator, "on the bus"),
-        ):
+        async with running("the CAN hub", hub, "bus at"), running("hil-sim", simulator, "on the bus"):
             pids = {}
             for pid in children():
                 command = command_line(pid)

@@ -170,8 +170,7 @@ def main(
     simulated_hours: Annotated[float, typer.Option(help="Machine time in lockstep, hours.")] = WEEK_H,
     real_minutes: Annotated[float, typer.Option(help="Machine time in real time, minutes.")] = 60.0,
     simulated_machine: Annotated[
-        Path,
-        typer.Option(help="Machine in lockstep; of machines/xy_table, at 1 kHz, a week takes 22 h."),
+        Path, typer.Option(help="Machine in lockstep; of machines/xy_table, at 1 kHz, a week takes 22 h.")
     ] = CSP_TABLE,
     run_minutes: Annotated[float, typer.Option(help="Machine time of one run, minutes.")] = 30.0,
     period_us: Annotated[int, typer.Option(help="SYNC period of the table in real time.")] = PERIOD_US,

@@ -68,8 +68,4 @@ def traffic() -> Sequence[bytes]:
         (0x67F, b"\x40\0\x10\0\0\0\0\0"),
     ]
     foreign = [(0x80, b""), (0x201, bytes(7)), (0x77F, b"\x05"), (wire.ERROR | 0x04, b"\0\1\0\0\0\0\0\7")]
-    return [
-        framed(*inputs, *services),
-        framed(*inputs, *foreign),
-        framed((wire.EXTENDED | 0x181, bytes(8))),
-    ]
+    return [framed(*inputs, *services), framed(*inputs, *foreign), framed((wire.EXTENDED | 0x181, bytes(8)))]

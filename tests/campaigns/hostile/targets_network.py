@@ -54,9 +54,7 @@ def _mqtt() -> Sequence[bytes]:
 
 
 @target(
-    "servo_ctrl.telemetry.mqtt.commands",
-    _mqtt,
-    words=(b'"id"', b"NaN", b"Infinity", b"\\ud800", b"\\u0000"),
+    "servo_ctrl.telemetry.mqtt.commands", _mqtt, words=(b'"id"', b"NaN", b"Infinity", b"\\ud800", b"\\u0000")
 )
 def mqtt_command(data: bytes) -> None:
     handler = FakeCommandHandler()
@@ -83,9 +81,7 @@ def _requests() -> Sequence[bytes]:
 
 
 @target(
-    "servo_ctrl.telemetry.local_socket.requests",
-    _requests,
-    words=(b"1e999", b"\\ud800", b'"index"', b"-1"),
+    "servo_ctrl.telemetry.local_socket.requests", _requests, words=(b"1e999", b"\\ud800", b'"index"', b"-1")
 )
 def local_request(data: bytes) -> None:
     """Send a request to the server; return its answers."""

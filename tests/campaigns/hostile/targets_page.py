@@ -6,13 +6,7 @@ from collections.abc import Sequence
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.hmi.bus.object_tree import INTEGERS, REALS, TEXTS, ObjectEntry, load_entries
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
-from servo_ctrl.hmi.diagnosis.verdict import (
-    VerdictError,
-    improvements,
-    parameter_text,
-    percent,
-    read_verdict,
-)
+from servo_ctrl.hmi.diagnosis.verdict import VerdictError, improvements, parameter_text, percent, read_verdict
 from servo_ctrl.hmi.motion.step_fields import fields_of, put_value, shown_value, steps_of, text_of
 from tests.campaigns.hostile.targets import GOLDEN, file_with, target
 from tests.campaigns.hostile.targets_eds import EDS_WORDS, SMALL_EDS

@@ -104,8 +104,7 @@ def page_of(here: Bench, token: str) -> dict[str, Any]:
     wrong = asked("/login", certificate, {"token": "0" * 43})
     right = asked("/login", certificate, {"token": token})
     expect(
-        "token" in without_token[1].lower() and wrong[0] == 401,
-        f"no token, yet in: {without_token} {wrong}",
+        "token" in without_token[1].lower() and wrong[0] == 401, f"no token, yet in: {without_token} {wrong}"
     )
     expect(right[0] == 200 and "nicegui" in right[1], f"the token is refused: {right}")
     return {"stranger": without_token[0], "wrong token": wrong[0], "token": right[0]}

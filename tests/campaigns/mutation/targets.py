@@ -46,10 +46,7 @@ TARGETS = (
     Target("servo_ctrl/motion/violation.py", ("tests/unit/servo_motion/test_violation.py",)),
     Target(
         "servo_ctrl/axis/fault_policy.py",
-        (
-            "tests/unit/servo_axis/test_fault_policy_rules.py",
-            "tests/unit/servo_axis/test_fault_policy.py",
-        ),
+        ("tests/unit/servo_axis/test_fault_policy_rules.py", "tests/unit/servo_axis/test_fault_policy.py"),
         ("tests/unit/servo_axis/test_fault_policy.py::test_document_shows_the_table",),
         (("_NONE", "_HOLD", "_QUICK", "_CUT", "_OFF"),),
     ),
@@ -60,10 +57,7 @@ TARGETS = (
     ),
     Target(
         "servo_ctrl/cyclic/supervision.py",
-        (
-            "tests/unit/servo_axis/test_supervision.py",
-            "tests/unit/servo_axis/test_supervision_edges.py",
-        ),
+        ("tests/unit/servo_axis/test_supervision.py", "tests/unit/servo_axis/test_supervision_edges.py"),
         groups=(("NOTHING", "SATURATED", "RUNAWAY"),),
     ),
     Target(

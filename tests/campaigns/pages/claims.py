@@ -61,12 +61,7 @@ def page(claims: list[Claim]) -> str:
     lines = [HEAD.format(legend=legend, counts=counts)]
     for name in dict.fromkeys(one.page for one in claims):
         link = f"[{name}]({name.removeprefix('docs/')})" if name.startswith("docs/") else name
-        lines += [
-            f"## {link}",
-            "",
-            "| claim | shown by | command | files |",
-            "| --- | --- | --- | --- |",
-        ]
+        lines += [f"## {link}", "", "| claim | shown by | command | files |", "| --- | --- | --- | --- |"]
         lines += [_row(one) for one in claims if one.page == name]
         lines.append("")
     return "\n".join(lines)

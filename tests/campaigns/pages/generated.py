@@ -12,13 +12,7 @@ from hil_sim.config import effect_tables
 from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
-from studies.feng_2015 import (
-    aims,
-    study_tables,
-    temperature_tables,
-    waveform_rests_tables,
-    waveform_tables,
-)
+from studies.feng_2015 import aims, study_tables, temperature_tables, waveform_rests_tables, waveform_tables
 from studies.koren_1991 import contour_tables
 from studies.wang_2014 import random_table
 from studies.xia_fuzzy_pd import random_figures

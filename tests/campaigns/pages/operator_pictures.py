@@ -18,13 +18,7 @@ from free_port import free_tcp_port  # noqa: E402  # likewise
 from live_page import go  # noqa: E402
 from machine_files import XY_TABLE, text_of  # noqa: E402
 from playwright.sync_api import Page, expect, sync_playwright  # noqa: E402
-from simulated_table import (  # noqa: E402
-    SHORT_CIRCLE,
-    SHORT_LEARNING,
-    opened,
-    served_table,
-    table_directory,
-)
+from simulated_table import SHORT_CIRCLE, SHORT_LEARNING, opened, served_table, table_directory  # noqa: E402
 
 from servo_ctrl.files.toml_text import toml_text  # noqa: E402
 

@@ -128,12 +128,7 @@ def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> N
         ("substep_us = 50.0", "substep_us = 1e-6", "plant.substep_us", "greater than or equal to 1"),
         ("substep_us = 50.0", "substep_us = 33.3", "plant.substep_us", "whole number of substeps"),
         ("substep_us = 50.0", "drive_tick_ms = 0", "plant.drive_tick_ms", "greater than or equal to 1"),
-        (
-            "[axis.x.drive_compliance]",
-            "[axis.x.backlash]\nplay_um = 1\n[axis.y.x]",
-            "axis.y",
-            "is missing",
-        ),
+        ("[axis.x.drive_compliance]", "[axis.x.backlash]\nplay_um = 1\n[axis.y.x]", "axis.y", "is missing"),
     ],
 )
 def test_error_names_file_key_and_reason(tmp_path: Path, old: str, new: str, key: str, reason: str) -> None:

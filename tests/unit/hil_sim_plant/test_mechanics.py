@@ -25,12 +25,7 @@ def push(t: float) -> float:
 def test_two_masses_with_viscous_friction_agree_with_scipy(bench: Any) -> None:
     def motion(t: float, y: Any) -> list[float]:
         spring = SCREW.stiffness_n_m * (y[0] - y[2]) + SCREW.damping_n_s_m * (y[1] - y[3])
-        return [
-            y[1],
-            (push(t) - spring) / MOTOR_KG,
-            y[3],
-            (spring - VISCOUS.viscous_n_s_m * y[3]) / TABLE_KG,
-        ]
+        return [y[1], (push(t) - spring) / MOTOR_KG, y[3], (spring - VISCOUS.viscous_n_s_m * y[3]) / TABLE_KG]
 
     axis = bench(MOTOR_KG, TABLE_KG, drive_compliance=SCREW, viscous_friction=VISCOUS)
     ours = axis.record(push, 0.3, "motor_position_m", "table_position_m", "transmitted_n")

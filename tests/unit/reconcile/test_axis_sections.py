@@ -6,14 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from synthetic_findings import (
-    BASE,
-    FORCE,
-    FORCE_CONSTANT_N_A,
-    POSITION_DEVIATION,
-    data,
-    updated_axis,
-)
+from synthetic_findings import BASE, FORCE, FORCE_CONSTANT_N_A, POSITION_DEVIATION, data, updated_axis
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES

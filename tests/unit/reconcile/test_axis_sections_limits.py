@@ -3,14 +3,7 @@
 from pathlib import Path
 
 import pytest
-from synthetic_findings import (
-    BASE,
-    FORCE,
-    FORCE_CONSTANT_N_A,
-    POSITION_DEVIATION,
-    data,
-    updated_axis,
-)
+from synthetic_findings import BASE, FORCE, FORCE_CONSTANT_N_A, POSITION_DEVIATION, data, updated_axis
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 

@@ -103,9 +103,7 @@ def test_position_beyond_the_limit_is_an_event(cst: tuple[SteppedAxis, Any]) -> 
     assert servo.events == [(Event.LIMIT, "axis x: at 101.100 mm, beyond limits.position_mm")]
 
 
-def test_axis_enabled_beyond_its_limit_may_move_back_and_no_farther_out(
-    cst: tuple[SteppedAxis, Any],
-) -> None:
+def test_axis_enabled_beyond_its_limit_may_move_back_and_no_farther_out(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
 
     def at(position_m: float) -> list[Event]:

@@ -194,9 +194,7 @@ def test_drive_fault_in_motion_is_an_event_and_ends_the_set_points(cst: tuple[St
     assert math.isnan(values(servo)["position_command_m"]), "it is not taken over again"
 
 
-def test_frozen_scale_under_a_moving_motor_is_an_event_with_its_limit(
-    cst: tuple[SteppedAxis, Any],
-) -> None:
+def test_frozen_scale_under_a_moving_motor_is_an_event_with_its_limit(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     settle(servo)
     servo.step((ENABLED, round(0.4e-3 / COUNT_M), 0), (0,), None)

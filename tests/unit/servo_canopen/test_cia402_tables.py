@@ -2,14 +2,7 @@
 
 import pytest
 
-from servo_ctrl.cyclic.cia402 import (
-    CONTROLWORD_TOWARDS,
-    DriveState,
-    Goal,
-    Homing,
-    drive_state,
-    homing_status,
-)
+from servo_ctrl.cyclic.cia402 import CONTROLWORD_TOWARDS, DriveState, Goal, Homing, drive_state, homing_status
 
 S = DriveState
 BITS = {  # statusword bits 6, 5, 3, 2, 1, 0 of each state, CiA 402 table of the statusword

@@ -139,11 +139,7 @@ def test_writing_zero_clears_the_history_and_nothing_else_can_be_written(bench: 
 
 def test_consumed_heartbeats_are_listed(bench: ControllerNodeBench) -> None:
     consumers = bench.remote.sdo[0x1016]
-    assert [consumers[sub].raw for sub in range(6)] == [
-        8,
-        *(node << 16 | 300 for node in (1, 2, 11, 12)),
-        0,
-    ]
+    assert [consumers[sub].raw for sub in range(6)] == [8, *(node << 16 | 300 for node in (1, 2, 11, 12)), 0]
 
 
 @pytest.mark.parametrize(

@@ -110,11 +110,7 @@ def test_other_pdos_of_the_drive_are_switched_off(plans: tuple[NodePlan, ...]) -
             "axis.x.drive.tpdo_transmission_type: must be 1",
         ),
         ("rated_torque_mnm = 640", "rated_torque_mnm = 1", "axis.x.limits.force_n: is .* per mille"),
-        (
-            "-100.0, 100.0",
-            "-100.0, 1.0e5",
-            "axis.x.limits.position_mm: is more than 32-bit counts",
-        ),
+        ("-100.0, 100.0", "-100.0, 1.0e5", "axis.x.limits.position_mm: is more than 32-bit counts"),
     ],
 )
 def test_impossible_setting_names_file_and_key(

@@ -102,10 +102,7 @@ def test_the_status_is_read_unchanged(wire: Wire) -> None:
         handler.now.axes[0],
         handler.now.axes[1]._replace(learned=LEARNED._replace(machine_time_s=3600.0)),
     )
-    expected = handler.now._replace(
-        learning=handler.now.learning._replace(remaining_s=1501.0),
-        axes=axes,
-    )
+    expected = handler.now._replace(learning=handler.now.learning._replace(remaining_s=1501.0), axes=axes)
     assert wire.remote.status() == expected
 
 
@@ -136,9 +133,7 @@ def test_a_node_of_another_kind_is_an_error(wire: Wire) -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(
-    value=st.floats(),
-    count=st.integers(min_value=0, max_value=1 << 40),
-    state=st.sampled_from(LearningState),
+    value=st.floats(), count=st.integers(min_value=0, max_value=1 << 40), state=st.sampled_from(LearningState)
 )
 def test_every_status_can_be_read(value: float, count: int, state: LearningState) -> None:
     wire = Wire()

@@ -81,17 +81,9 @@ async def test_further_pdos_are_mapped_with_identifier_type_and_timers(
 @pytest.mark.parametrize(
     ("text", "other", "complaint"),
     [
-        (
-            "cob_id = 0x3A1",
-            "cob_id = 0x182",
-            r"tpdo1.cob_id: 182h is that of TPDO 3 of axis.x.drive",
-        ),
+        ("cob_id = 0x3A1", "cob_id = 0x182", r"tpdo1.cob_id: 182h is that of TPDO 3 of axis.x.drive"),
         ("cob_id = 0x3A1", "cob_id = 0x081", r"x.drive.pdo.tpdo3.cob_id: 081h is that of EMCY of node 1"),
-        (
-            "cob_id = 0x3A1",
-            "cob_id = 0x601",
-            "tpdo3.cob_id: 601h is restricted: no PDO may have it",
-        ),
+        ("cob_id = 0x3A1", "cob_id = 0x601", "tpdo3.cob_id: 601h is restricted: no PDO may have it"),
         ("cob_id = 0x3A1", "cob_id = 0x1FF", "1FFh is that of the status TPDO of node 127"),
         (
             '"velocity_offset", "0x60B0:00"',

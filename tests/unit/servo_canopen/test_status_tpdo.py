@@ -91,9 +91,7 @@ def test_bit_31_of_the_cob_id_switches_it_off_and_on(bench: ControllerNodeBench)
     assert sent_in(bench, 300) == [1, 101, 201]
 
 
-def test_it_is_sent_in_operational_only_and_the_last_change_is_still_sent(
-    bench: ControllerNodeBench,
-) -> None:
+def test_it_is_sent_in_operational_only_and_the_last_change_is_still_sent(bench: ControllerNodeBench) -> None:
     bench.handler.now = bench.handler.now._replace(stage=Stage.OFF)
     bench.node.announce()
     bench.node.operational(running=False)

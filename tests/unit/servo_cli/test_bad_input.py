@@ -32,11 +32,7 @@ MACHINE_FAULTS = {
     "mode that does not exist": ('mode = "cst"', 'mode = "csx"', "axis.x.mode"),
     "set point not mapped": ('"target_torque", ', "", 'axis.x.drive.rpdo1: "target_torque" is missing'),
     "name that the EDS has not": ('"torque_offset"]', '"torque_ofset"]', 'has no object "torque_ofset"'),
-    "object we do not compute": (
-        '"torque_offset"]',
-        '"max_torque"]',
-        "not computed by the controller",
-    ),
+    "object we do not compute": ('"torque_offset"]', '"max_torque"]', "not computed by the controller"),
     "EDS that is not there": ("servo_drive.eds", "nosuch.eds", "nosuch.eds: no such EDS file"),
     "EDS of another device": ("servo_drive.eds", "linear_scale.eds", "linear_scale.eds: has no object"),
     "controller without its EDS": ("servo_ctrl.eds", "nosuch.eds", "nosuch.eds: no such EDS file"),

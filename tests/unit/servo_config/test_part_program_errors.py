@@ -104,8 +104,7 @@ def test_an_impossible_block_is_refused_with_its_line(path: Path, text: str, lin
 
 
 @pytest.mark.parametrize(
-    "word",
-    [name for name, code in (G_CODES | M_CODES).items() if code.effect is Effect.REFUSED],
+    "word", [name for name, code in (G_CODES | M_CODES).items() if code.effect is Effect.REFUSED]
 )
 def test_refused_words_give_the_reason(path: Path, word: str) -> None:
     error = refusal(path, HEAD + word + " X1 F5")

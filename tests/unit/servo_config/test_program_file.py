@@ -98,10 +98,7 @@ def test_an_error_names_its_key(write: Write, table: MachineConfig, text: str, k
             SHAPE.replace("acceleration_mm_s2 = 10", "acceleration_mm_s2 = 100"),
             'step[1] "s_shape": axis y: jerk 100000 mm/s^3 is beyond the limit 50000 mm/s^3',
         ),
-        (
-            MOVE + 'profile = "trapezoidal"\nacceleration_mm_s2 = 500',
-            'step[1] "go": axis x: jerk ',
-        ),
+        (MOVE + 'profile = "trapezoidal"\nacceleration_mm_s2 = 500', 'step[1] "go": axis x: jerk '),
     ],
 )
 def test_motion_beyond_a_limit_is_refused(

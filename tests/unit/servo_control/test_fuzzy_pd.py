@@ -126,12 +126,7 @@ def test_disabled_it_is_the_pid_law_and_above_e2_the_pd_law(errors: list[float])
     pd_only = PD._replace(ki_1_s2=0.0)
     states = [position_loop.State(0.0, 0.0, 0.0)] * 4
     for error in errors:
-        laws = (
-            (PD, FUZZY._replace(enabled=False)),
-            (PD, NO_FUZZY),
-            (PD, FUZZY),
-            (pd_only, NO_FUZZY),
-        )
+        laws = ((PD, FUZZY._replace(enabled=False)), (PD, NO_FUZZY), (PD, FUZZY), (pd_only, NO_FUZZY))
         wanted = [0.0] * 4
         for i, (p, fuzzy) in enumerate(laws):
             wanted[i], states[i] = velocity_setpoint(p, fuzzy, states[i], error, 1e-3, 1e9, T)

@@ -90,12 +90,7 @@ def start_from_rest(jerk: float, speed_rad_s: float = 2.0) -> np.ndarray:
     rest = np.tile([there[-1, 0], 0.0, 0.0, 0.0], (200, 1))
     time_s = np.arange(1, 301) * T
     back = np.column_stack(
-        [
-            there[-1, 0] - jerk * time_s**3 / 6.0,
-            -jerk * time_s**2 / 2.0,
-            -jerk * time_s,
-            0.0 * time_s,
-        ]
+        [there[-1, 0] - jerk * time_s**3 / 6.0, -jerk * time_s**2 / 2.0, -jerk * time_s, 0.0 * time_s]
     )
     return np.concatenate([there, rest, back])
 

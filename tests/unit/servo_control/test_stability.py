@@ -5,15 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from axis_state_space import (
-    T,
-    coupled_radius,
-    law_of,
-    law_with_observer,
-    plant_of,
-    radius,
-    series,
-)
+from axis_state_space import T, coupled_radius, law_of, law_with_observer, plant_of, radius, series
 
 from servo_ctrl.config.kernel_params import axis_params, with_observer
 from servo_ctrl.config.load import load_machine

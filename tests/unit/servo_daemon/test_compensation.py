@@ -59,11 +59,7 @@ def test_observer_does_not_disturb_the_strokes_and_acts_again_afterwards(
 
 @pytest.mark.parametrize(
     ("wanted", "pulse", "observer"),
-    [
-        ("as configured", True, False),
-        ("off", False, False),
-        ("observer", False, True),
-    ],
+    [("as configured", True, False), ("off", False, False), ("observer", False, True)],
 )
 def test_initially_active_compensation_can_be_chosen(
     stand: Callable[..., LearningStand], wanted: str, pulse: bool, observer: bool

@@ -139,9 +139,7 @@ def test_full_disk_ends_learning_and_keeps_the_functions_in_use(
     assert not made.pulse("x").enabled
 
 
-def test_learning_run_of_the_command_line_ends_the_run_when_done(
-    stand: Callable[..., LearningStand],
-) -> None:
+def test_learning_run_of_the_command_line_ends_the_run_when_done(stand: Callable[..., LearningStand]) -> None:
     made = stand(learn=LearningRequest(("y",), "paper"))
     made.services.on_ready()
     assert made.status.learning.axis == "y"
@@ -152,9 +150,7 @@ def test_learning_run_of_the_command_line_ends_the_run_when_done(
     assert (made.services.completed, made.services.problem) == (True, "")
 
 
-def test_learning_run_that_fails_ends_the_run_with_its_reason(
-    stand: Callable[..., LearningStand],
-) -> None:
+def test_learning_run_that_fails_ends_the_run_with_its_reason(stand: Callable[..., LearningStand]) -> None:
     made = stand(learn=LearningRequest(("y",)))
     made.lag_with_pulse_m = made.lag_m
     made.services.on_ready()

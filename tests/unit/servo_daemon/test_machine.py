@@ -121,10 +121,7 @@ def test_absent_node_is_lost_and_the_others_brake(stand: Callable[..., Stand]) -
     made = stand().start()
     made.absent = {0}
     made.run(2000)
-    assert (made.machine.stage, made.machine.reason) == (
-        Stage.OFF,
-        "dx: its TPDOs are no longer received",
-    )
+    assert (made.machine.stage, made.machine.reason) == (Stage.OFF, "dx: its TPDOs are no longer received")
     assert made.drives[1].statusword == 0x0240
     assert made.drives[0].controlwords[-1] == 0x02, "it may hear us although we do not hear it"
 
@@ -198,9 +195,7 @@ def test_served_machine_is_ready_again_after_a_program_and_runs_the_next_one_fro
     assert (made.machine.stage, made.machine.failed, made.machine.reason) == (Stage.OFF, False, "")
 
 
-def test_next_program_may_begin_in_the_cycle_in_which_the_last_one_ended(
-    stand: Callable[..., Stand],
-) -> None:
+def test_next_program_may_begin_in_the_cycle_in_which_the_last_one_ended(stand: Callable[..., Stand]) -> None:
     made = stand()
     made.machine.served = True
 

@@ -110,10 +110,9 @@ def test_jogging_and_loading_a_program_are_refused_too(
 def test_a_stop_is_never_refused(learning: LearningStand, stop: Command) -> None:
     assert learning.handler.execute(CommandRequest(stop)).accepted
     assert learning.machine.events == [
-        {
-            Command.QUICK_STOP: "quick stop by the operator",
-            Command.DISABLE: "switched off by the operator",
-        }[stop]
+        {Command.QUICK_STOP: "quick stop by the operator", Command.DISABLE: "switched off by the operator"}[
+            stop
+        ]
     ]
 
 

@@ -74,9 +74,7 @@ def test_priority_and_memory_lock_are_set_and_released(monkeypatch: pytest.Monke
     assert (policies, libc.locked) == ([os.SCHED_FIFO, os.SCHED_OTHER], 0)
 
 
-def test_refused_priority_is_reported_and_the_memory_unlocked(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_refused_priority_is_reported_and_the_memory_unlocked(monkeypatch: pytest.MonkeyPatch) -> None:
     libc = Libc(granted=True)
     pretend(monkeypatch, libc, priority=False)
     with (

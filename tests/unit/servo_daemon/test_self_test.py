@@ -25,10 +25,7 @@ def test_one_tick_of_a_thousand_may_be_late() -> None:
     assert verdict(1.0, lateness(3500, punctual=1999), 3) == ""
 
 
-@pytest.mark.parametrize(
-    ("late_us", "kept_ms"),
-    [(1200, 2), (4000, 5), (19_000, 20)],
-)
+@pytest.mark.parametrize(("late_us", "kept_ms"), [(1200, 2), (4000, 5), (19_000, 20)])
 def test_the_shortest_period_that_is_kept_is_named(late_us: int, kept_ms: int) -> None:
     text = verdict(1.0, lateness(*[late_us] * 10), 12)
     kept = f"this computer keeps a period of {kept_ms} ms, not 1 ms"
@@ -50,9 +47,7 @@ async def test_the_ticks_of_this_computer_are_judged(monkeypatch: pytest.MonkeyP
     judged: list[tuple[float, int]] = []
     monkeypatch.setattr(self_test, "TEST_S", 0.02)
     monkeypatch.setattr(
-        self_test,
-        "verdict",
-        lambda ms, seen, missed: judged.append((ms, seen.count + missed)) or "text",
+        self_test, "verdict", lambda ms, seen, missed: judged.append((ms, seen.count + missed)) or "text"
     )
     assert await objection(1_000_000) == "text"
     assert judged[0][0] == 1.0

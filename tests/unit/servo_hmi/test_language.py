@@ -15,14 +15,7 @@ from report_texts import report_texts
 
 import servo_ctrl.hmi
 from servo_ctrl.hmi.drive.faults import CODES, REASONS, UNKNOWN_CODE, UNKNOWN_REASON
-from servo_ctrl.hmi.languages.texts import (
-    ENGLISH,
-    LANGUAGES,
-    CurrentLanguage,
-    catalogue,
-    chosen_language,
-    tr,
-)
+from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGES, CurrentLanguage, catalogue, chosen_language, tr
 from servo_ctrl.hmi.motion.step_fields import MODELS, WITHOUT_FORM, fields_of
 
 ROOM = Path(servo_ctrl.hmi.__file__).parent

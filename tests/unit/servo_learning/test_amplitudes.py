@@ -94,12 +94,7 @@ def test_midpoints_take_the_mean_of_their_neighbours() -> None:
 
 
 @settings(deadline=None)
-@given(
-    st.floats(0.0, 1.0),
-    st.integers(1, 40),
-    st.integers(1, 40),
-    st.floats(0.01, 0.5),
-)
+@given(st.floats(0.0, 1.0), st.integers(1, 40), st.integers(1, 40), st.floats(0.01, 0.5))
 def test_fine_amplitudes_are_positive_bounded_and_as_many_as_planned(
     place: float, coarse_steps: int, fine_steps: int, share: float
 ) -> None:

@@ -56,9 +56,7 @@ def test_replayed_results_give_the_same_strokes_and_the_same_functions(settings:
 
 
 @pytest.mark.parametrize("settings", VARIANTS)
-def test_remaining_strokes_and_time_are_never_negative_and_end_at_zero(
-    settings: LearningSettings,
-) -> None:
+def test_remaining_strokes_and_time_are_never_negative_and_end_at_zero(settings: LearningSettings) -> None:
     run, axis = LearningRun(settings), axis_for(settings)
     outlooks: list[Outlook] = []
     while (stroke := run.stroke) is not None:

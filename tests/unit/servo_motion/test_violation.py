@@ -136,10 +136,7 @@ def test_jerk_from_sample_to_sample_across_the_joint(axis: int, jerk: float) -> 
         if passes:
             assert violation is None
         else:
-            assert violation == (
-                *(5, "label", axis, "jerk"),
-                *(pytest.approx(jerk * factor), jerk, 5 * T),
-            )
+            assert violation == (*(5, "label", axis, "jerk"), *(pytest.approx(jerk * factor), jerk, 5 * T))
 
 
 def test_the_largest_excess_is_reported_not_the_largest_value() -> None:

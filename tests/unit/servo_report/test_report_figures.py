@@ -101,10 +101,7 @@ def visits(deviation_m: dict[tuple[float, int], list[float]]) -> dict[str, Any]:
         rest = np.full(300, target_m)
         command += [way, rest]
         actual += [way, rest + off_m]
-    return {
-        "x.position_command_m": np.concatenate(command),
-        "x.scale_position_m": np.concatenate(actual),
-    }
+    return {"x.position_command_m": np.concatenate(command), "x.scale_position_m": np.concatenate(actual)}
 
 
 def test_positioning_by_iso_230_2(tmp_path: Path) -> None:

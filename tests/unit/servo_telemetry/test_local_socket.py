@@ -139,9 +139,7 @@ async def test_too_many_clients_are_refused(bench: LocalSocketBench, path: Path)
         assert bench.server.clients == CLIENTS_MAX
 
 
-async def test_closing_the_server_closes_every_connection(
-    bench: LocalSocketBench,
-) -> None:
+async def test_closing_the_server_closes_every_connection(bench: LocalSocketBench) -> None:
     async with contextlib.AsyncExitStack() as stack:
         async with bench.server.serving() as socket:
             clients: list[RawClient] = [await stack.enter_async_context(connected(socket)) for _ in range(2)]

@@ -35,11 +35,7 @@ async def test_requests_reach_the_command_handler_and_its_answer_returns(
         refused = await client.ask(do="command", command="home")
     assert (refused["accepted"], refused["refusal"], refused["reason"]) == (False, "wrong_state", "not now")
     assert bench.handler.requests == [CommandRequest(Command.ENABLE, "x"), CommandRequest(Command.HOME, "")]
-    assert bench.handler.changes == [
-        ("required_m", 5e-6),
-        ("learner", "screw"),
-        ("adaptation", True),
-    ]
+    assert bench.handler.changes == [("required_m", 5e-6), ("learner", "screw"), ("adaptation", True)]
     assert bench.handler.jogs == [("y", -0.01), ("step x", 1e-6), ("touch off x", 0.0)]
     assert bench.texts == [("line", "G0 X1"), ("part.toml", "[[step]]")]
     assert len(bench.handler.programs) == 2

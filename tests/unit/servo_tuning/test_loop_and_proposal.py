@@ -53,8 +53,7 @@ def test_the_plant_has_no_step_where_the_measurement_begins_or_ends() -> None:
     of = model()
     exact = measured(of)
     real = exact._replace(
-        motor=1.3 * np.exp(0.5j) * exact.motor,
-        motor_coherence=np.where(exact.frequency_hz < 3.0, 0.5, 1.0),
+        motor=1.3 * np.exp(0.5j) * exact.motor, motor_coherence=np.where(exact.frequency_hz < 3.0, 0.5, 1.0)
     )
     plant = loops.plant_of(of, real, scale_feedback=False)
     ratio = plant.motor / of.motor(plant.frequency_hz)

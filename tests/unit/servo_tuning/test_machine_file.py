@@ -139,10 +139,7 @@ def test_a_section_that_is_there_is_changed_in_its_place(machines: Path) -> None
 
 @pytest.mark.parametrize(
     ("machine", "axis", "why"),
-    [
-        ("xy_table", "z", "has no axis z, only x, y"),
-        ("precision_stage", "x", "mode csp"),
-    ],
+    [("xy_table", "z", "has no axis z, only x, y"), ("precision_stage", "x", "mode csp")],
 )
 def test_what_cannot_be_tuned_is_refused(machines: Path, machine: str, axis: str, why: str) -> None:
     config = load_machine(machines / machine)

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from servo_ctrl.recording.reader import Recording
-from studies.emps.comparison import (
-    EmpsError,
-    compare,
-    load_measurement,
-    record_path,
-    relative_error_percent,
-)
+from studies.emps.comparison import EmpsError, compare, load_measurement, record_path, relative_error_percent
 
 COUNT, GTAU_N_V = 50, 35.0
 

@@ -8,13 +8,7 @@ import pytest
 
 from servo_ctrl.errors import ServoCtrlError
 from studies.wang_2014.plan import DOWN, OVER_TRAVEL, UP, Visit
-from studies.wang_2014.readings import (
-    Deviations,
-    Reading,
-    ReadingsError,
-    deviations,
-    write_readings,
-)
+from studies.wang_2014.readings import Deviations, Reading, ReadingsError, deviations, write_readings
 from studies.wang_2014.stages import PAPER
 from studies.wang_2014.study import bars, missed, simple, summary
 from studies.wang_2014.twin_study import TwinRequest, run_in_twin

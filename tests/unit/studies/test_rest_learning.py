@@ -13,12 +13,7 @@ from servo_ctrl.learning.rest_force import ITERATIONS, rest_time_s, strokes_of
 from servo_ctrl.learning.rest_strokes import moves_behind_rests, rest_starts
 from servo_ctrl.learning.waveform_run import WaveformRun
 from servo_ctrl.motion.move import Dwell, Move
-from studies.feng_2015.waveform_learning import (
-    ErrorStrokes,
-    LearnedWaveforms,
-    learn_waveforms,
-    with_learned,
-)
+from studies.feng_2015.waveform_learning import ErrorStrokes, LearnedWaveforms, learn_waveforms, with_learned
 from studies.random_plants import each_axis
 from studies.twin_axis import motion
 from twin.plant_file import load_plant

@@ -61,9 +61,7 @@ def test_both_learners_remove_most_of_the_error(reduced: dict[str, LearnedAxis])
         assert found.learned.after_m <= 0.25 * found.learned.before_m
 
 
-def test_the_faster_learner_is_as_good_with_a_quarter_of_the_strokes(
-    reduced: dict[str, LearnedAxis],
-) -> None:
+def test_the_faster_learner_is_as_good_with_a_quarter_of_the_strokes(reduced: dict[str, LearnedAxis]) -> None:
     paper, quick = reduced["paper"].learned, reduced["fast"].learned
     assert quick.after_m <= 1.05 * paper.after_m
     assert quick.strokes <= paper.strokes / 4

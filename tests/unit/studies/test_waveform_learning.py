@@ -29,12 +29,7 @@ from servo_ctrl.learning.waveform_stroke import GAIN
 from servo_ctrl.motion.move import Move
 from studies.feng_2015.rival_tuning import Setting, Tuner
 from studies.feng_2015.waveform_drift import BEFORE, recovery
-from studies.feng_2015.waveform_learning import (
-    ErrorStrokes,
-    LearnedWaveforms,
-    learn_waveforms,
-    with_learned,
-)
+from studies.feng_2015.waveform_learning import ErrorStrokes, LearnedWaveforms, learn_waveforms, with_learned
 from studies.twin_axis import TwinAxis, motion, twin_axis
 from twin.plant_file import load_plant
 

@@ -3,13 +3,7 @@
 from typing import NamedTuple
 
 from tests.campaigns.blind.axis.bodies import Bodies, half_moved, one_body, two_bodies
-from tests.campaigns.blind.axis.drive import (
-    CurrentLoopState,
-    DriveForce,
-    clutter_n,
-    cogging_n,
-    drive_force,
-)
+from tests.campaigns.blind.axis.drive import CurrentLoopState, DriveForce, clutter_n, cogging_n, drive_force
 from tests.campaigns.blind.axis.friction import Friction, FrictionState, friction
 from tests.campaigns.blind.axis.load import Load, LoadState, load
 from tests.campaigns.blind.compiled import compiled

@@ -48,11 +48,7 @@ def decided(evidence: Row, rules: Rules) -> Row:
     """Return a verdict with `verdict`, `findings` and `accounted` under these rules."""
     named = [one for one in evidence["findings"] if one["effect"] != "unknown"]
     recalibrated = [
-        one
-        | {
-            "confidence": confidence(one, rules),
-            "parameters": widened(one["parameters"], rules.width),
-        }
+        one | {"confidence": confidence(one, rules), "parameters": widened(one["parameters"], rules.width)}
         for one in named
     ]
     reported = sorted(

@@ -38,7 +38,7 @@ DEVIATES = {"backlash", "drive_compliance", "lead_error_periodic"}
 LEVELS_DIFFER = {
     "backlash": "the column's table lands on rigid flanks: refitted, it takes what they yield, 0.05 um, "
     "for play, and leaves 0.15 um; given play and spring apart, as they are, 0.19 um, with the plant "
-    "itself 0.21 um. The plant along the recording (reconcile.identification.two_mass) would leave 0.015 um",
+    "itself 0.21 um. The plant along the recording (reconcile.identification.two_mass) would leave 0.015 um"
 }
 """What differs today, and why."""
 

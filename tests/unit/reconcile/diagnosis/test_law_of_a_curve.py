@@ -56,8 +56,7 @@ def test_friction_over_the_travel_is_named_and_keeps_its_curve() -> None:
 
 
 @pytest.mark.parametrize(
-    ("over", "law"),
-    [("speed_by_direction", "stribeck_friction"), ("position", "position_dependent_force")],
+    ("over", "law"), [("speed_by_direction", "stribeck_friction"), ("position", "position_dependent_force")]
 )
 def test_a_curve_that_a_law_nearly_explains_bears_its_name(over: str, law: str) -> None:
     [finding] = verdict_of(curve(over, rival=(law, 0.94)))["findings"]

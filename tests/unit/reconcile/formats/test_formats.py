@@ -177,11 +177,7 @@ REFUSED = [
     (SMALL.replace("force_n", "motor_voltage_v").format(0), (), r"has a voltage.*force_per_volt"),
     (SMALL.replace("0.001", "-0.1").format(0), (), r"time, row 3: does not increase"),
     (SMALL.format(0).replace("0.001", "1").replace("0.002", "2"), (), r"sample time is 1 s.*\*1e-3"),
-    (
-        SMALL.format(0),
-        (),
-        r"no unbroken stretch of 0.25 s and 200 samples.*is 0.002 s, 3 samples",
-    ),
+    (SMALL.format(0), (), r"no unbroken stretch of 0.25 s and 200 samples.*is 0.002 s, 3 samples"),
     (SMALL.format(0), (), r"record some seconds.*reversals.*two speeds"),
     (SMALL.format("nan"), (), r"are position and force valid \(not NaN\)"),
     ("1,2,3\n4,5,6\n", (), r"line 1: holds numbers where the names"),

@@ -57,9 +57,7 @@ def test_what_a_written_ripple_leaves_of_what_was_left_out_is_noise(tmp_path: Pa
     assert verdict["accounted"]["x"]["force"]["is_noise"]
 
 
-def test_a_force_that_differs_in_each_recording_has_no_name_and_is_in_no_model(
-    tmp_path: Path,
-) -> None:
+def test_a_force_that_differs_in_each_recording_has_no_name_and_is_in_no_model(tmp_path: Path) -> None:
     def wander(t: Array, x: Array, _v: Array) -> Array:
         rng = np.random.default_rng(int(1e6 * abs(x[500])))
         knots = rng.normal(size=15) * 4.0

@@ -65,11 +65,7 @@ def led(
     given = AxisRecording(source, "x", T, time_s, rest, rest, None, reference_m, None, {})
     pushed_n = injected_n * (np.sin(2.0 * math.pi * 2.0 * time_s) > 0.8)
     run = replay(
-        given,
-        plant_of(load_model(true)),
-        load_controllers(true)["x"],
-        injected_n=pushed_n,
-        origin_m=origin_m,
+        given, plant_of(load_model(true)), load_controllers(true)["x"], injected_n=pushed_n, origin_m=origin_m
     )
     noise_n = np.random.default_rng(1).normal(size=len(time_s)) * NOISE_N
     return given._replace(motor_m=run.replayed_motor_m, force_n=run.replayed_force_n + noise_n)

@@ -34,9 +34,7 @@ def test_the_ripple_stands_in_the_order_spectrum_and_is_gone_after(views: list[R
     assert after.max() < 0.3 * before.max()
 
 
-def test_the_replay_is_drawn_where_the_nominal_model_errs_most(
-    replayed: list[ReplayComparison],
-) -> None:
+def test_the_replay_is_drawn_where_the_nominal_model_errs_most(replayed: list[ReplayComparison]) -> None:
     picture = replay_figures(replayed, 5000)["x"]
     x, recorded, before, after = (
         np.frombuffer(base64.b64decode(trace[axis]["bdata"]), "<f4")

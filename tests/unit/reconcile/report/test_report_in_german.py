@@ -54,9 +54,7 @@ def test_no_text_of_the_report_stays_english(both: tuple[str, str]) -> None:
     assert not {text for text in same - SAME if WORD.search(text)}
 
 
-def test_file_names_stay_as_reconcile_wrote_them(
-    both: tuple[str, str],
-) -> None:
+def test_file_names_stay_as_reconcile_wrote_them(both: tuple[str, str]) -> None:
     english, german = ([match[0] for match in KEPT.finditer(body(page))] for page in both)
     assert english == german
     assert english

@@ -99,12 +99,7 @@ def test_parameters_are_compared_part_by_part() -> None:
     def of(value: float, half: float = 0.1) -> dict[str, Any]:
         return {"value": value, "ci95": [value - half, value + half], "unit": ""}
 
-    parts = {
-        "harmonic_1": of(6.0),
-        "amplitude_1": of(1.0),
-        "harmonic_2": of(2.0),
-        "amplitude_2": of(3.05),
-    }
+    parts = {"harmonic_1": of(6.0), "amplitude_1": of(1.0), "harmonic_2": of(2.0), "amplitude_2": of(3.05)}
     [entry] = score(concealed, verdict("cogging", **parts))["parameters"]
     assert entry["covered"]
     assert entry["error"] == pytest.approx(0.05 / 3.0)

@@ -86,9 +86,7 @@ async def test_an_unreachable_broker_is_reported_once_and_tried_again(tmp_path: 
         assert message.content["id"] == "x-1"
 
 
-async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(
-    tmp_path: Path,
-) -> None:
+async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(tmp_path: Path) -> None:
     async with Mosquitto(tmp_path) as broker:
         section = (
             f'[mqtt]\nhost = "127.0.0.1"\nport = {broker.port}\nprefix = "works/hall"\nclient_id = "daemon"\n'

@@ -60,10 +60,7 @@ def choices(
     brake = {"brake": sized(0.15, 1.0) * dry, "brake_rad": some(low, high)}
     stribeck = {"mixed": sized(0.25, 1.1) * dry, "mixed_rad_s": fast * sized(0.012, 0.12)}
     made: dict[str, tuple[dict[str, float], dict[str, float]]] = {
-        "gravity": (
-            {"unbalance": weight, "unbalance_rad": some(0.0, 2.0 * math.pi)},
-            {"amplitude": weight},
-        ),
+        "gravity": ({"unbalance": weight, "unbalance_rad": some(0.0, 2.0 * math.pi)}, {"amplitude": weight}),
         "constant_force": ({"balancer": push}, {"force_n": push}),
         "asymmetric_coulomb_friction": ({"flank": favour}, {"force_n": -favour}),
         "asymmetric_viscous_friction": ({"flank_viscous": drag}, {"half_difference_n_s_m": drag}),
