@@ -1,8 +1,8 @@
 """A hobby servo that swings a pendulum (Duclusaud et al. 2024): duty and voltage instead of a torque.
 
 The torque is modelled: kt (duty V - kt w) / R, with the published kt and R of the friction model M6, and w
-the derivative of the position, because the velocity of the servo lags by 21 ms. The nominal inertia is that
-of the pendulum, m l2, plus the published armature.
+the derivative of the position, because the velocity of the servo lags by 21 ms. A servo without power turns
+freely: no current, no torque. The nominal inertia is that of the pendulum, m l2, plus the published armature.
 """
 
 from pathlib import Path
@@ -44,5 +44,6 @@ def _columns(data: Path, name: str) -> Columns:
     return {
         "time_s": time_s,
         "servo.motor_position_rad": position_rad,
-        "servo.motor_force_nm": KT_NM_A * (motor_v - KT_NM_A * velocity_rad_s) / RESISTANCE_OHM,
+        "servo.motor_force_nm": read["torque_enable"]
+        * (KT_NM_A * (motor_v - KT_NM_A * velocity_rad_s) / RESISTANCE_OHM),
     }
