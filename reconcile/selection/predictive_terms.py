@@ -161,7 +161,7 @@ def _predictable_blocks(
         )
         inverse = np.linalg.pinv(orthogonal.T @ gram @ orthogonal)
         products = equations.gram[np.ix_(part, places, places)]
-        leverage = np.einsum("ij,ki,bkl,lj->b", inverse, orthogonal, products, orthogonal)
+        leverage = products.reshape(len(part), -1) @ (orthogonal @ inverse @ orthogonal.T).ravel()
         mean_leverage = len(columns) / max(float(equations.samples[others].sum()), 1.0)
         is_predictable.append(leverage <= MOST_LEVERAGE_RATIO * mean_leverage * equations.samples[part])
     return np.concatenate(is_predictable)
