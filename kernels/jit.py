@@ -99,7 +99,11 @@ def _compiled(function: F, *, nogil: bool, forceinline: bool = False) -> F:
     _SETTINGS.CACHE_DIR = str(folder or "")
     try:
         compiler = numba.njit(
-            cache=folder is not None, error_model="numpy", nogil=nogil, forceinline=forceinline
+            cache=folder is not None,
+            error_model="numpy",
+            nogil=nogil,
+            forceinline=forceinline,
+            no_cfunc_wrapper=True,  # C calls no kernel; a tenth of the compiler's work
         )
         return cast("F", compiler(function))
     finally:

@@ -122,7 +122,8 @@ def fill(numbers: Array, sent: Any, headers: Bytes, turns: Index, frames: Bytes)
             if due:
                 turns[last, 1] = 0
                 frames[count] = 0
-                frames[count, :DATA_AT] = headers[last]
+                for byte in range(DATA_AT):  # an assignment of arrays has numba compile a message on shapes
+                    frames[count, byte] = headers[last, byte]
                 count += 1
         if due:
             value, first = int(numbers[at["place"]]), DATA_AT + at["start"]

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from hil_sim.physics.motor import winding
 from hil_sim.physics.sensor import encoder
 from hil_sim.plant import amplifier, readings, step
@@ -9,6 +11,9 @@ from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.other_axes import any_force_of_another, see_other_axes
 from hil_sim.plant.presence import presence_of
 from kernels.jit import kernel
+
+FIRST = np.int64(0)
+"""The first substep; for the literal 0 numba compiles the kernel a second time."""
 
 
 @kernel
@@ -40,7 +45,7 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
 
     `p`, `s` and `sp` are its AXIS_PARAMS, AXIS_STATE and SETPOINT records.
     """
-    _advance_part(p, s, sp, 0, substeps, substeps, dt_s)
+    _advance_part(p, s, sp, FIRST, substeps, substeps, dt_s)
 
 
 @kernel

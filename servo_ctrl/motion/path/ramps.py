@@ -13,9 +13,8 @@ move from rest to rest is time-optimal.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from kernels.jit import kernel
 
 
@@ -30,8 +29,9 @@ def speed_over_length(
     first_m, last_m = np.maximum(start_m - widening_m, start_m[0]), np.minimum(end_m + widening_m, end_m[-1])
     edge_m = np.unique(np.concatenate((first_m, last_m)))
     first, last = np.searchsorted(edge_m, first_m), np.searchsorted(edge_m, last_m)
-    top = _lowest(first, last, speed_m_s, len(edge_m) - 1)
-    slope = 2.0 * _lowest(first, last, acceleration_m_s2, len(edge_m) - 1)
+    pieces = len(edge_m) - 1
+    top = _lowest(first, last, speed_m_s, np.argsort(speed_m_s), pieces)
+    slope = 2.0 * _lowest(first, last, acceleration_m_s2, np.argsort(acceleration_m_s2), pieces)
     length_m, square = _cut_short_peaks(*_look_ahead(edge_m, top**2, slope), tau_s)
     return length_m, np.sqrt(square)
 
@@ -61,11 +61,16 @@ def _summed(steps: Array) -> Array:
 
 
 @kernel
-def _lowest(first: NDArray[np.int64], last: NDArray[np.int64], value: Array, pieces: int) -> Array:
-    """Return the lowest value of the zones over each piece; zone z covers first[z] to last[z] - 1."""
+def _lowest(first: Index, last: Index, value: Array, rising: Index, pieces: int) -> Array:
+    """Return the lowest value of the zones over each piece; zone z covers first[z] to last[z] - 1.
+
+    `rising` (zones,): the zones, lowest value first.
+    """
     low = np.empty(pieces)
-    after = np.arange(pieces + 1)  # union-find: the next piece without a value
-    for zone in np.argsort(value):
+    after = np.empty(pieces + 1, np.int64)  # union-find: the next piece without a value
+    for piece in range(pieces + 1):
+        after[piece] = piece
+    for zone in rising:
         piece = first[zone]
         while True:
             found = piece
