@@ -12,7 +12,7 @@ from hil_sim.plant.other_axes import any_force_of_another, see_other_axes
 from hil_sim.plant.presence import presence_of
 from kernels.jit import kernel
 
-FIRST = np.int64(0)
+FIRST: Any = np.int64(0)
 """The first substep; for the literal 0 numba compiles the kernel a second time."""
 
 
