@@ -67,9 +67,14 @@ class Bench:
         self._running: list[ForkedProgram | subprocess.Popen[bytes]] = []
         self.bus_spec = f"localcan:{self._socket}"
 
-    def serve_bus(self) -> ForkedProgram:
-        """Start a lone hub: for a bus that is there without a simulator, or outlives one."""
-        hub = self._start([*HUB, str(self._socket)])
+    def serve_bus(self, period_us: int = 0) -> ForkedProgram:
+        """Start a lone hub: for a bus that is there without a simulator, or outlives one.
+
+        With a period, SYNC is not passed on before it is due: a motion then lasts as long as on a machine.
+        """
+        paced = ("python3", "-m", "tests.support.paced_hub"), (str(period_us),)
+        command, options = paced if period_us else (HUB, ())
+        hub = self._start([*command, str(self._socket), *options])
         self._await_hub()
         return hub
 

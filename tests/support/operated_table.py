@@ -48,11 +48,18 @@ async def operated(
     tmp_path: Path,
     program: str | None,
     changes: Mapping[str, str] = MappingProxyType({}),
+    *,
+    period_us: int = 0,
     **options: Any,
 ) -> AsyncIterator[Operated]:
-    """Run the table, with changes of its controller.toml, with a page's link; stop it at the end."""
+    """Run the table, with changes of its controller.toml, with a page's link; stop it at the end.
+
+    `period_us`: least time between two SYNCs; 0 = as fast as the computer is.
+    """
     machine_dir = bench.machine(dict(changes))
-    bench.serve_bus()  # slower than the simulator's bus: clients in lockstep have bounds in SYNC time
+    bench.serve_bus(
+        period_us
+    )  # slower than the simulator's bus: clients in lockstep have bounds in SYNC time
     bench.simulate(machine_dir)
     machine = load_machine(machine_dir)
     path = machine_dir / "round.toml"
