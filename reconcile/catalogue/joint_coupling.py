@@ -20,6 +20,7 @@ from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
 from reconcile.catalogue.other_joints import moved_joints, name_of_joint, number_of_joint, with_name_of_joint
 from reconcile.catalogue.periodic import amplitude_and_phase_rad, sine_and_cosine
+from reconcile.recording.kinematics import kinematics
 
 INNER, OUTER = 0.0, 1.0
 PLACES = (OUTER, INNER)
@@ -48,11 +49,14 @@ def coupled(own: Derivatives, other: Derivatives, place: float) -> Array:
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    own, other = (
-        (of.position_m, of.velocity_m_s, of.acceleration_m_s2)
-        for of in (data.motion, data.others[name_of_joint(data, shape[0])])
-    )
-    return coupled(own, other, shape[1])
+    """Forces of joints may cancel, as of one that swings freely, if each is filtered as often as the torque.
+
+    So this joint has the wide low pass of the other, not the one that all columns get.
+    """
+    other = data.others[name_of_joint(data, shape[0])]
+    own = kinematics(data.motion.position_m, data.period_s, other.corner_hz)
+    derivatives = [(of.position_m, of.velocity_m_s, of.acceleration_m_s2) for of in (own, other)]
+    return coupled(derivatives[0], derivatives[1], shape[1])
 
 
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:

@@ -7,13 +7,19 @@ import pytest
 from double_pendulum import ARM, INERTIA_2, INNER_WEIGHT, MASSES, OUTER_WEIGHT, recordings
 from known_axis import AXIS
 
+from reconcile.catalogue.gravity import ENTRY as GRAVITY
+from reconcile.catalogue.gravity_of_outer_link import ENTRY as OUTER
+from reconcile.catalogue.joint_coupling import ENTRY as COUPLING
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.coupled_joint import beside_coupled_joint
 from reconcile.identification.explain import Explanation, explain
 from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.parameter_estimates import Estimate
 from reconcile.identification.term_search import TermSearch
-from reconcile.regression.noisy_acceleration import motion_of
+from reconcile.recording.kinematics import Kinematics, kinematics
+from reconcile.recording.recording import AxisRecording
+from reconcile.regression import regression_data
+from reconcile.regression.noisy_acceleration import LOWERED_CORNERS_HZ, motion_of
 from reconcile.regression.regression_data import low_pass_of
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.selection.selection_rules import SelectionRules
@@ -86,3 +92,22 @@ def test_candidates_are_read_off_a_torque_without_the_coupling() -> None:
 def test_without_a_coupling_candidates_are_read_once() -> None:
     scanned = search_of("j1", coupled=False).problem
     assert beside_coupled_joint(scanned, training_and_held_out(scanned)[0], 0) == (scanned, [])
+
+
+def test_behind_a_low_pass_the_forces_of_coupled_joints_cancel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is filtered as often as the torque: a joint that swings freely has large forces and no torque."""
+
+    def low_passed(recording: AxisRecording, _nominal_kg: float) -> Kinematics:
+        return kinematics(recording.motor_m, recording.period_s, LOWERED_CORNERS_HZ[-1])
+
+    monkeypatch.setattr(regression_data, "motion_of", low_passed)
+    problem = search_of("j1").problem
+    data, used = problem.datasets[0], problem.used[0]
+    low_pass = low_pass_of(data)
+    torque, rigid = regression_data.target_and_baseline(data, ResidualChannel.FORCE)
+    terms = [(COUPLING, (0.0, 0.0)), (OUTER, (0.0, 1.0)), (GRAVITY, (1.0,))]
+    columns = [low_pass(entry.terms[0].columns(data, shape)) for entry, shape in terms]
+    x, y = np.concatenate((rigid, *columns), axis=1)[used], torque[used]
+    theta, *_ = np.linalg.lstsq(x, y, rcond=None)
+    assert np.std(y - x @ theta) < 0.005 * np.std(y)
+    assert theta[[0, 3, 4]] == pytest.approx([MASSES["j1"], INERTIA_2, ARM], rel=0.01)
