@@ -80,7 +80,18 @@ def pair_sensitivity_peak(pair: LoopPair, law: Response, integrators: int) -> fl
     `law`: W, with so many integrators, on the ascending frequencies of both loops, (n,), up to half the
     sampling rate.
     """
-    return max(direction_peak(*pair, law, integrators, angle_rad) for angle_rad in ANGLES_RAD.tolist())
+    return largest_peak(*pair, law, integrators, ANGLES_RAD)
+
+
+@kernel
+def largest_peak(
+    first: CoupledLoop, second: CoupledLoop, law: Response, integrators: int, angles_rad: Array
+) -> float:
+    """Return the largest Ms of these directions of the path, likewise."""
+    peak = 0.0
+    for angle_rad in angles_rad:
+        peak = max(peak, direction_peak(first, second, law, integrators, angle_rad))
+    return peak
 
 
 @kernel

@@ -79,7 +79,7 @@ def test_measuring_does_not_change_the_measured_memory() -> None:
     gc.collect()
     gc.disable()
     try:
-        for _ in range(50):
+        for _ in range(12):
             samples.append(sample(1.0, {}, len(samples)))
     finally:
         gc.enable()
