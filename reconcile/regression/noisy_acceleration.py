@@ -35,8 +35,8 @@ LEAST_MASS_RATIO = 0.9
 COLLINEAR_RATIO = 1e-5
 """Singular value of columns of unit size, over the largest, below which they count as collinear."""
 COUPLED_SHARE = 0.75
-"""Largest share of the squares that a coupling of joints leaves where it is taken into account. Chosen: by chance
-its five columns explain a tenth; of two measured robots they leave 0.01 to 0.72."""
+"""Largest share of the squares that a coupling of joints leaves where it is taken into account. Chosen: by
+chance its five columns explain a tenth; of two measured robots they leave 0.01 to 0.72."""
 
 
 class _MassFit(NamedTuple):
