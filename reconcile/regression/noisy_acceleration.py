@@ -28,8 +28,10 @@ from reconcile.regression.filter_ends import ends
 
 NOISY_HZ = 80.0
 """Corner of the kinematics at or below which their acceleration may hide the mass, and is checked. Chosen."""
-LOWERED_CORNERS_HZ = (30.0, 20.0, 14.0, 10.0, 7.0, 5.0, 3.5)
+LOWERED_CORNERS_HZ = (30.0, 20.0, 14.0, 10.0, 7.0, 5.0)
 """Lower corners to try then, the highest first; a recording of seconds has little below the last."""
+COUPLED_CORNER_HZ = 3.5
+"""One more beside a coupling: where a joint swings freely, large forces cancel and their noise remains."""
 LEAST_MASS_RATIO = 0.9
 """Least mass behind a low pass over the largest of all low passes; chosen: noise may hide a tenth of it."""
 COLLINEAR_RATIO = 1e-5
@@ -59,10 +61,12 @@ def motion_of(recording: AxisRecording, nominal_kg: float) -> Kinematics:
     noise_n = nominal_kg * acceleration_noise_m_s2(recording.motor_m, recording.period_s, motion.corner_hz)
     hides_mass = noise_n > LARGEST_NOISE_SHARE * float(np.std(recording.force_n))
     corners_hz = [motion.corner_hz, *(hz for hz in LOWERED_CORNERS_HZ if hz < motion.corner_hz)]
-    beside = _own_columns(recording, motion)
+    beside = own = _own_columns(recording, motion)
     if hides_mass:
-        beside = _with_coupling(recording, motion, corners_hz[-1], beside)
-    masses_kg = [_mass(recording, motion, hz, beside).mass_kg for hz in corners_hz]
+        beside = _with_coupling(recording, motion, own)
+    if beside is not own:
+        corners_hz.append(COUPLED_CORNER_HZ)
+    masses_kg = [_mass(recording, motion, hz, beside, corners_hz[-1]).mass_kg for hz in corners_hz]
     largest_kg = max(masses_kg)
     if largest_kg > 0.0:
         chosen = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_MASS_RATIO * largest_kg)
@@ -71,15 +75,15 @@ def motion_of(recording: AxisRecording, nominal_kg: float) -> Kinematics:
     return kinematics(recording.motor_m, recording.period_s, corners_hz[chosen]) if chosen else motion
 
 
-def _with_coupling(recording: AxisRecording, motion: Kinematics, lowest_hz: float, own: Array) -> Array:
+def _with_coupling(recording: AxisRecording, motion: Kinematics, own: Array) -> Array:
     """The columns (n, k) with those of the other joint that explains most of the rest, if one does."""
-    least, chosen = COUPLED_SHARE * _mass(recording, motion, lowest_hz, own).left, own
-    for coupling in _couplings(recording):
-        columns = np.concatenate((own, coupling), axis=1)
-        left = _mass(recording, motion, lowest_hz, columns).left
-        if left < least:
-            least, chosen = left, columns
-    return chosen
+
+    def left(columns: Array) -> float:
+        return _mass(recording, motion, COUPLED_CORNER_HZ, columns, COUPLED_CORNER_HZ).left
+
+    with_each = [np.concatenate((own, coupling), axis=1) for coupling in _couplings(recording)]
+    best = min(with_each, key=left, default=own)
+    return best if left(best) < COUPLED_SHARE * left(own) else own
 
 
 def _own_columns(recording: AxisRecording, motion: Kinematics) -> Array:
@@ -105,10 +109,12 @@ def _derivatives(position_m: Array, period_s: float) -> Derivatives:
     return position_m, velocity_m_s, np.gradient(velocity_m_s, period_s)
 
 
-def _mass(recording: AxisRecording, motion: Kinematics, corner_hz: float, beside: Array) -> _MassFit:
-    """Fit the mass behind a low pass, beside columns (n, k)."""
+def _mass(
+    recording: AxisRecording, motion: Kinematics, corner_hz: float, beside: Array, lowest_hz: float
+) -> _MassFit:
+    """Fit the mass behind a low pass, beside columns (n, k), without the ends that the lowest falsifies."""
     width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
-    used = motion.moving & ~ends(len(motion.moving), period_s, LOWERED_CORNERS_HZ[-1])
+    used = motion.moving & ~ends(len(motion.moving), period_s, lowest_hz)
 
     def smooth(values: Array) -> Array:
         return gaussian_low_pass(values, width)[used]
