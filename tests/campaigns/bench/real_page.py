@@ -18,8 +18,9 @@ HEAD = """# reconcile on axes that others have measured
 Written by `python -m tests.campaigns.bench.real_page docs/reconcile_real.json > docs/reconcile_real.md`; the
 figures are those of `make bench-real`{quick}.
 
-All rows are of one engine. It was developed with these sets in view, and the ridge on textbook friction and
-weight (`COLLINEAR_RIDGE`) was chosen on kinova, kuka and bam: they are no proof of it.
+All rows are of one engine. It was developed with these sets in view: the ridge on textbook friction and
+weight (`COLLINEAR_RIDGE`) was chosen on kinova, kuka and bam, and what counts as a coupling of joints, with
+its low pass (`MOST_LEFT`, `COUPLED_SHARE`, `COUPLED_CORNER_HZ`), on dfki. They are no proof of these.
 
 Each recording is left out in turn. `reconcile diagnose` reads the others and a nominal model from data
 sheets; the `model.toml` that it writes is loaded again, and its force is held against the recording that was
