@@ -24,10 +24,7 @@ async def test_the_table_moves_for_its_tuning_until_the_visitor_gives_up_control
 ) -> None:
     program = str(commands_folder() / "servo-ctrl"), *page_tunings.ARGUMENTS
     monkeypatch.setattr(page_tunings, "installed_command", lambda: program)
-    async with (
-        operated(bench, tmp_path, None, period_us=500, serve=True) as table,
-        user_simulation() as user,
-    ):
+    async with operated(bench, tmp_path, None, period_us=500, serve=True) as table, user_simulation() as user:
         configure_elements()
         page = PageInProcess(user, tmp_path, table.link)
         await table.until(lambda status: status.stage is Stage.READY)
