@@ -98,7 +98,7 @@ def _compiled(function: F, *, nogil: bool, forceinline: bool = False) -> F:
     before = _SETTINGS.CACHE_DIR
     _SETTINGS.CACHE_DIR = str(folder or "")
     try:
-        compiler = numba.njit(  # type: ignore[call-overload]  # its stubs lack an option
+        compiler = numba.njit(  # type: ignore[call-overload]  # numba's stubs lack no_cfunc_wrapper
             cache=folder is not None,
             error_model="numpy",
             nogil=nogil,

@@ -55,8 +55,8 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     """
     other = data.others[name_of_joint(data, shape[0])]
     own = kinematics(data.motion.position_m, data.period_s, other.corner_hz)
-    derivatives = [(of.position_m, of.velocity_m_s, of.acceleration_m_s2) for of in (own, other)]
-    return coupled(derivatives[0], derivatives[1], shape[1])
+    of_own, of_other = ((of.position_m, of.velocity_m_s, of.acceleration_m_s2) for of in (own, other))
+    return coupled(of_own, of_other, shape[1])
 
 
 def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from reconcile.catalogue.joint_coupling import PLACES, Derivatives, coupled
@@ -45,8 +46,8 @@ class _MassFit(NamedTuple):
     """The fit of a mass behind a low pass."""
 
     mass_kg: float
-    left: float
-    """Sum of squares that it leaves, N^2."""
+    residual_squares: float
+    """Of the force, N^2."""
 
 
 def motion_of(recording: AxisRecording, nominal_kg: float) -> Kinematics:
@@ -66,7 +67,8 @@ def motion_of(recording: AxisRecording, nominal_kg: float) -> Kinematics:
         beside = _with_coupling(recording, motion, own)
     if beside is not own:
         corners_hz.append(COUPLED_CORNER_HZ)
-    masses_kg = [_mass(recording, motion, hz, beside, corners_hz[-1]).mass_kg for hz in corners_hz]
+    used = _used(motion, recording.period_s, corners_hz[-1])
+    masses_kg = [_mass(recording, hz, beside, used).mass_kg for hz in corners_hz]
     largest_kg = max(masses_kg)
     if largest_kg > 0.0:
         chosen = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_MASS_RATIO * largest_kg)
@@ -77,13 +79,18 @@ def motion_of(recording: AxisRecording, nominal_kg: float) -> Kinematics:
 
 def _with_coupling(recording: AxisRecording, motion: Kinematics, own: Array) -> Array:
     """The columns (n, k) with those of the other joint that explains most of the rest, if one does."""
+    used = _used(motion, recording.period_s, COUPLED_CORNER_HZ)
 
-    def left(columns: Array) -> float:
-        return _mass(recording, motion, COUPLED_CORNER_HZ, columns, COUPLED_CORNER_HZ).left
+    def residual_squares(columns: Array) -> float:
+        return _mass(recording, COUPLED_CORNER_HZ, columns, used).residual_squares
 
-    with_each = [np.concatenate((own, coupling), axis=1) for coupling in _couplings(recording)]
-    best = min(with_each, key=left, default=own)
-    return best if left(best) < COUPLED_SHARE * left(own) else own
+    least, chosen = COUPLED_SHARE * residual_squares(own), own
+    for coupling in _couplings(recording):
+        columns = np.concatenate((own, coupling), axis=1)
+        squares = residual_squares(columns)
+        if squares < least:
+            least, chosen = squares, columns
+    return chosen
 
 
 def _own_columns(recording: AxisRecording, motion: Kinematics) -> Array:
@@ -109,19 +116,22 @@ def _derivatives(position_m: Array, period_s: float) -> Derivatives:
     return position_m, velocity_m_s, np.gradient(velocity_m_s, period_s)
 
 
-def _mass(
-    recording: AxisRecording, motion: Kinematics, corner_hz: float, beside: Array, lowest_hz: float
-) -> _MassFit:
-    """Fit the mass behind a low pass, beside columns (n, k), without the ends that the lowest falsifies."""
-    width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
-    used = motion.moving & ~ends(len(motion.moving), period_s, lowest_hz)
+def _used(motion: Kinematics, period_s: float, lowest_hz: float) -> NDArray[np.bool_]:
+    """Samples (n,) in motion, without the ends that the lowest corner falsifies."""
+    return motion.moving & ~ends(len(motion.moving), period_s, lowest_hz)
+
+
+def _mass(recording: AxisRecording, corner_hz: float, beside: Array, used: NDArray[np.bool_]) -> _MassFit:
+    """Fit the mass behind a low pass, beside columns (n, k), to the used samples."""
+    position_m, period_s = recording.motor_m, recording.period_s
+    width = gaussian_width_s(corner_hz) / period_s
 
     def smooth(values: Array) -> Array:
         return gaussian_low_pass(values, width)[used]
 
-    a = np.gradient(np.gradient(motion.position_m - motion.position_m.mean(), period_s), period_s)
+    a = np.gradient(np.gradient(position_m - position_m.mean(), period_s), period_s)
     columns, force_n = smooth(np.column_stack((a, beside))), smooth(recording.force_n)
     scale = np.linalg.norm(columns, axis=0) + 1e-300
     theta, *_ = np.linalg.lstsq(columns / scale, force_n, rcond=COLLINEAR_RATIO)
-    left_n = force_n - columns / scale @ theta
-    return _MassFit(float(theta[0] / scale[0]), float(left_n @ left_n))
+    residual_n = force_n - columns / scale @ theta
+    return _MassFit(float(theta[0] / scale[0]), float(residual_n @ residual_n))
