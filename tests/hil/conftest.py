@@ -13,7 +13,7 @@ import can
 import pytest
 from child_process import terminate
 from consecutive_runs import ConsecutiveRuns
-from forked_program import HIL_SIM, HUB, ForkedProgram, programs_forked
+from forked_program import HIL_SIM, HUB, PACED_HUB, ForkedProgram, programs_forked
 from machine_files import REPOSITORY, text_of, write_controller
 
 from tests.campaigns.campaign.machine import make_machine
@@ -70,11 +70,10 @@ class Bench:
     def serve_bus(self, period_us: int = 0) -> ForkedProgram:
         """Start a lone hub: for a bus that is there without a simulator, or outlives one.
 
-        With a period, SYNC is not passed on before it is due: a motion then lasts as long as on a machine.
+        With a period, no SYNC is passed on before it is due: a fast computer ends a motion no sooner.
         """
-        paced = ("python3", "-m", "tests.support.paced_hub"), (str(period_us),)
-        command, options = paced if period_us else (HUB, ())
-        hub = self._start([*command, str(self._socket), *options])
+        socket = str(self._socket)
+        hub = self._start([*PACED_HUB, socket, str(period_us)] if period_us else [*HUB, socket])
         self._await_hub()
         return hub
 

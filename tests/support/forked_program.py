@@ -20,6 +20,7 @@ import pytest
 HERE = Path(__file__).parent
 PYTHON = sys.executable
 HIL_SIM, SERVO_CTRL, HUB = ("hil-sim",), ("servo-ctrl",), ("python3", "-m", "local_can")
+PACED_HUB = ("python3", "-m", "tests.support.paced_hub")
 """Beginnings of command lines."""
 START_LIMIT_S = 300.0
 """The template loads, and on a new machine compiles, before it forks."""

@@ -57,9 +57,8 @@ async def operated(
     `period_us`: least time between two SYNCs; 0 = as fast as the computer is.
     """
     machine_dir = bench.machine(dict(changes))
-    bench.serve_bus(
-        period_us
-    )  # slower than the simulator's bus: clients in lockstep have bounds in SYNC time
+    # slower than the simulator's own bus: clients in lockstep have bounds in SYNC time
+    bench.serve_bus(period_us)
     bench.simulate(machine_dir)
     machine = load_machine(machine_dir)
     path = machine_dir / "round.toml"

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from child_process import terminate
-from forked_program import commands_folder
+from forked_program import PACED_HUB, commands_folder
 from live_page import await_connection
 from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
 from playwright.sync_api import BrowserContext, Page
@@ -71,7 +71,7 @@ def served_table(
     page: list[str | Path] = ["--hmi-socket", private / "page.sock"]
     bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
     commands = commands_folder()
-    hub = subprocess.Popen([commands / "python3", "-m", "tests.support.paced_hub", can, str(period_us)])
+    hub = subprocess.Popen([commands / PACED_HUB[0], *PACED_HUB[1:], can, str(period_us)])
     try:
         while not can.exists():
             assert hub.poll() is None
