@@ -2,6 +2,7 @@
 
 import fcntl
 import json
+import os
 from pathlib import Path
 
 FILE = Path(__file__).with_name("used_seeds.json")
@@ -34,9 +35,12 @@ def claim(family: str, first: int, count: int, file: Path = FILE) -> bool:
         return False
     if first < FIRST_SCORED:
         raise ValueError(f"seeds {first} to {last} are of both sorts: training ends at {FIRST_SCORED - 1}")
-    with file.open("rb") as lock:  # against trials that run side by side
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    directory = os.open(file.parent, os.O_RDONLY)
+    try:
+        fcntl.flock(directory, fcntl.LOCK_EX)  # against trials that run side by side
         _claim(family, first, last, file)
+    finally:
+        os.close(directory)
     return True
 
 
@@ -46,7 +50,9 @@ def _claim(family: str, first: int, last: int, file: Path) -> None:
         if first <= b and a <= last:
             raise ValueError(f"{family}: seeds {a} to {b} are used; begin at {first_fresh(family, file)}")
     ranges[family] = sorted([*ranges.get(family, []), [first, last]])
-    file.write_text(json.dumps(ranges, indent=1) + "\n", encoding="utf-8")
+    temporary = file.with_suffix(".tmp")
+    temporary.write_text(json.dumps(ranges, indent=1) + "\n", encoding="utf-8")
+    temporary.replace(file)  # whoever reads meanwhile sees all or nothing
 
 
 def fresh_words() -> str:

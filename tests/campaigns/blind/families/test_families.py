@@ -6,6 +6,7 @@ import json
 import re
 import sys
 from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -155,6 +156,20 @@ def test_a_seed_is_scored_once(tmp_path: Path) -> None:
         seeds.claim("belt_drive", 9_999, 2, file)
     assert seeds.claim("ball_screw", 10_000, 1, file)
     assert seeds.first_fresh("belt_drive", file) == 10_020
+
+
+def test_trials_side_by_side_lose_no_seed_and_read_no_half_file(tmp_path: Path) -> None:
+    file = tmp_path / "used.json"
+    file.write_text("{}", encoding="utf-8")
+
+    def claim_some(family: str) -> None:
+        for first in range(10_000, 10_020):
+            assert seeds.first_fresh(family, file) == first
+            seeds.claim(family, first, 1, file)
+
+    with ThreadPoolExecutor() as trials:
+        list(trials.map(claim_some, seeds.FAMILIES))
+    assert all(seeds.first_fresh(family, file) == 10_020 for family in seeds.FAMILIES)
 
 
 def test_a_family_that_is_kept_out_is_in_no_merged_table() -> None:
