@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
+from reconcile.catalogue.registry import DRIFTING_COLUMNS, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm
 
@@ -20,7 +21,8 @@ RIDGE = 1e-10
 HOLDING_RIDGE = 1e12
 """Ridge that holds the coefficient of a column at a value."""
 SMOOTH_RIDGE = 1e-3
-"""Ridge on unnamed terms: what they share with named terms is attributed to the named ones."""
+"""Ridge on unnamed terms: what they share with named terms is attributed to the named ones. On levels of the
+recordings as well: what all recordings have alike is the baseline's, not large coefficients that cancel."""
 
 
 class BlockNormalEquations:
@@ -144,8 +146,10 @@ class BlockNormalEquations:
 
     def _set_smooth_ridge(self, candidates: Sequence[CandidateTerm]) -> None:
         for c in candidates:
-            if c.effect.startswith(PREFIX):
-                self._ridge[[place + 1 for place in c.columns]] = SMOOTH_RIDGE
+            first = 0 if c.effect.startswith(PREFIX) else len(c.columns)
+            if has_levels(c.effect, len(c.columns)):
+                first = DRIFTING_COLUMNS[c.effect]
+            self._ridge[[place + 1 for place in c.columns[first:]]] = SMOOTH_RIDGE
 
     def slots(self, chosen: Sequence[CandidateTerm]) -> list[tuple[int, int]]:
         """(column, recording) of each coefficient: base columns, then each term's; recording -1 is all."""

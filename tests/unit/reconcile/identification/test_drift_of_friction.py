@@ -8,7 +8,7 @@ import pytest
 from nominal_model_text import WITHOUT_SCALE
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.identification.explain import explain
+from reconcile.identification.explain import Explanation, explain
 from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
@@ -19,8 +19,8 @@ T, N = 1e-3, 12_000
 LEVELS_N = (3.0, 1.5, 0.0)
 
 
-def named(tmp_path: Path, drift_n: float) -> set[str]:
-    """The verdict on three recordings whose friction has levels of its own, and drifts within each."""
+def explained(tmp_path: Path, drift_n: float) -> Explanation:
+    """Of three recordings whose friction has levels of its own, and drifts within each."""
     (tmp_path / "nominal.toml").write_text(WITHOUT_SCALE, encoding="utf-8")
     model = load_model(tmp_path / "nominal.toml")
     rng, t, files = np.random.default_rng(2), np.arange(N) * T, []
@@ -34,12 +34,19 @@ def named(tmp_path: Path, drift_n: float) -> set[str]:
         header = "time_s,motor_position_m,motor_force_n"
         np.savetxt(files[-1], columns, delimiter=",", comments="", header=header)
     recordings = examine(load_recordings(files, model.axes), model.axes).recordings
-    found = explain(TermSearch(recordings, model.axes["x"], ResidualChannel.FORCE, SelectionRules()))
-    return {finding.effect for finding in found.findings}
+    return explain(TermSearch(recordings, model.axes["x"], ResidualChannel.FORCE, SelectionRules()))
 
 
 @pytest.mark.parametrize(("drift_n", "expected"), [(2.0, True), (0.0, False)])
 def test_only_what_changes_within_a_recording_is_a_drift(
     tmp_path: Path, drift_n: float, *, expected: bool
 ) -> None:
-    assert ("temperature_dependent_friction" in named(tmp_path, drift_n)) is expected
+    named = {finding.effect for finding in explained(tmp_path, drift_n).findings}
+    assert ("temperature_dependent_friction" in named) is expected
+
+
+def test_friction_that_all_recordings_have_is_no_part_of_their_own_levels(tmp_path: Path) -> None:
+    drift_n = 2.0
+    found = explained(tmp_path, drift_n)
+    assert found.base["coulomb_n"] == pytest.approx(12.0 + np.mean(LEVELS_N) + drift_n, rel=0.05)
+    assert found.base["viscous_n_s_m"] == pytest.approx(100.0, rel=0.1)

@@ -1,13 +1,16 @@
 """From chosen terms to findings: parameters with intervals, rivals, and effects too small to name."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from formula_residuals import COULOMB_N, MASS_KG, problem
 
+from reconcile.catalogue.kinds import RegressionData
+from reconcile.identification import findings
 from reconcile.identification.findings import report_findings
-from reconcile.identification.parameter_estimates import _percentile_interval, estimates
+from reconcile.identification.parameter_estimates import Estimates, _percentile_interval, estimates
 from reconcile.identification.rivals import compare_rivals
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.selection.cross_validation import CrossValidation
@@ -104,3 +107,26 @@ def test_a_large_effect_is_named_and_a_small_one_is_minor(found: tuple) -> None:
     assert named.candidates == [chosen[0]] or named.candidates == [chosen[1]]
     assert report.timing is None
     assert report.timing_s == 0.0
+
+
+@pytest.mark.parametrize(("low_s", "is_named"), [(1e-3, True), (-1e-4, False)])
+def test_a_delay_that_may_be_none_is_minor(
+    monkeypatch: pytest.MonkeyPatch, low_s: float, *, is_named: bool
+) -> None:
+    def late(data: RegressionData) -> np.ndarray:
+        return np.interp(data.time_s + 5e-3, data.time_s, data.model_force_n) - data.model_force_n
+
+    final = problem(late, [("transport_delay", (5e-3,))])
+    blocks = np.flatnonzero(final.equations.samples)
+    chosen = [c for c in final.equations.candidates if not c.per_recording]
+    held, train = blocks[3::4], np.setdiff1d(blocks, blocks[3::4])
+
+    def with_low(*given: Any) -> Estimates:
+        values = estimates(*given)
+        [(term, own)] = values.of_term.items()
+        assert own["time_s"].value == pytest.approx(5e-3, rel=0.1)
+        return values._replace(of_term={term: {"time_s": own["time_s"]._replace(low=low_s)}})
+
+    monkeypatch.setattr(findings, "estimates", with_low)
+    report = report_findings(final, chosen, {"transport_delay": (0.9, [])}, train, held)
+    assert [f.effect for f in (report.findings if is_named else report.minor)] == ["transport_delay"]
