@@ -173,10 +173,10 @@ def _identified_effect(
 def _is_minor(finding: IdentifiedEffect) -> bool:
     """Whether an effect is too uncertain, or explains too little of the held-out blocks, to be reported."""
     gain = max(finding.heldout_gain, finding.gain if finding.effect == "unknown" else 0.0)
-    return finding.confidence < LEAST_CONFIDENCE or gain < LEAST_REPORTED_GAIN or _may_be_in_time(finding)
+    return finding.confidence < LEAST_CONFIDENCE or gain < LEAST_REPORTED_GAIN or _may_be_on_time(finding)
 
 
-def _may_be_in_time(finding: IdentifiedEffect) -> bool:
-    """Whether the interval of a delay or lag includes none at all."""
+def _may_be_on_time(finding: IdentifiedEffect) -> bool:
+    """Whether an effect is a delay or lag whose interval includes zero."""
     times_s = [value for name, value in finding.parameters.items() if name.startswith("time_s")]
     return finding.effect in TIMING and any(time_s.low <= 0.0 for time_s in times_s)

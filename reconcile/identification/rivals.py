@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from scipy.stats import norm
 
-from reconcile.catalogue.registry import LAW_NEAR_CURVE, LAW_OF_CURVE, has_levels
+from reconcile.catalogue.registry import LAW_NEAR_CURVE, LAW_OF_CURVE
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.selection.block_statistics import log_ratio_t
@@ -72,7 +72,7 @@ def compare_rivals(
         for c in equations.candidates
         if c.effect not in chosen_effects
         and not c.effect.startswith(PREFIX)
-        and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are not rivals
+        and not c.levels  # levels of each recording alone are not rivals
     ]
     rivals_tried.sort(key=lambda c: validation.explained_squares([*others, c]), reverse=True)
     best: dict[str, tuple[float, CandidateTerm]] = {}

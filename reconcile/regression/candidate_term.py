@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from reconcile.catalogue.kinds import ShapeParameters
+from reconcile.catalogue.registry import DRIFTING_COLUMNS
 
 TermKey = tuple[str, ShapeParameters, bool]
 
@@ -20,6 +21,11 @@ class CandidateTerm(NamedTuple):
     def key(self) -> TermKey:
         """Identity of the term, the same in any normal equations."""
         return self.effect, self.shape_parameters, self.per_recording
+
+    @property
+    def levels(self) -> tuple[int, ...]:
+        """Columns that are levels of each recording, behind those that drift; most terms have none."""
+        return self.columns[DRIFTING_COLUMNS.get(self.effect, len(self.columns)) :]
 
 
 def effect_names(chosen: Sequence[CandidateTerm]) -> list[str]:

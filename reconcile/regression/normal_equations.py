@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
-from reconcile.catalogue.registry import DRIFTING_COLUMNS, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm
 
@@ -146,10 +145,8 @@ class BlockNormalEquations:
 
     def _set_smooth_ridge(self, candidates: Sequence[CandidateTerm]) -> None:
         for c in candidates:
-            first = 0 if c.effect.startswith(PREFIX) else len(c.columns)
-            if has_levels(c.effect, len(c.columns)):
-                first = DRIFTING_COLUMNS[c.effect]
-            self._ridge[[place + 1 for place in c.columns[first:]]] = SMOOTH_RIDGE
+            columns = c.columns if c.effect.startswith(PREFIX) else c.levels
+            self._ridge[[place + 1 for place in columns]] = SMOOTH_RIDGE
 
     def slots(self, chosen: Sequence[CandidateTerm]) -> list[tuple[int, int]]:
         """(column, recording) of each coefficient: base columns, then each term's; recording -1 is all."""

@@ -7,7 +7,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.catalogue.registry import DRIFTING_COLUMNS, ENTRIES
+from reconcile.catalogue.registry import ENTRIES
 from reconcile.catalogue.relaxation_terms import RINGING_EFFECT
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
@@ -40,8 +40,8 @@ def vetoed(
             values = tuple(float(value) for value in weights[own.start : own.start + len(candidate.columns)])
             term = ModelTerm(candidate.effect, candidate.shape_parameters, values, problem.channel)
             terms.setdefault(candidate.effect, []).append(term)
-            changing = candidate.columns[: DRIFTING_COLUMNS.get(candidate.effect)]
-            places.setdefault(candidate.effect, []).extend(i for i in own if slots[i][0] in changing)
+            changing = [i for i in own if slots[i][0] not in candidate.levels]
+            places.setdefault(candidate.effect, []).extend(changing)
     base = {}
     if problem.channel is ResidualChannel.FORCE:
         base = dict(zip(problem.baseline_names, weights.tolist(), strict=False))

@@ -9,7 +9,6 @@ from reconcile.catalogue.registry import (
     DRIFTING_COLUMNS,
     IMITATED_BY_PRESLIDING,
     SHOWS_AFTER_PRESLIDING,
-    has_levels,
     possible,
 )
 from reconcile.regression.candidate_term import CandidateTerm
@@ -63,12 +62,8 @@ def is_accepted(
 def _drifts(context: SelectionContext, chosen: Sequence[CandidateTerm], term: CandidateTerm) -> bool:
     """Whether friction drifts within the recordings, and does not only differ between them."""
     drifting = DRIFTING_COLUMNS[term.effect]
-    with_levels = (
-        other
-        for other in context.named_terms
-        if other.effect == term.effect and has_levels(other.effect, len(other.columns))
-    )
-    levels = next((other._replace(columns=other.columns[drifting:]) for other in with_levels), None)
+    with_levels = (other for other in context.named_terms if other.effect == term.effect and other.levels)
+    levels = next((other._replace(columns=other.levels) for other in with_levels), None)
     if levels is None:
         return True
     beside, validation = [*chosen, levels], context.validation
