@@ -5,15 +5,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import ModelEffect, ModelTerm
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter
+
+LEAST_PASSES = 1.5
+"""Least distance moved, in travels, that tells a force at a place from one at a moment. Chosen."""
+
+
+def passed_once(found: IdentifiedTerms) -> str:
+    """Return why nothing is known to depend on the place (`CatalogueEntry.refused`); empty if it is."""
+    low_m, high_m = _travel_m(found.datasets)
+    moved_m = sum(float(np.abs(np.diff(data.motion.position_m)).sum()) for data in found.datasets)
+    if moved_m >= LEAST_PASSES * (high_m - low_m):
+        return ""
+    return "each place is passed once, so it may as well depend on the time: move to and fro"
 
 
 def degrees(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     """Degrees 1 to 3, each with the middle and half of the travel, m."""
+    low_m, high_m = _travel_m(datasets)
+    return [(k, 0.5 * (low_m + high_m), max(0.5 * (high_m - low_m), 1e-9)) for k in (1.0, 2.0, 3.0)]
+
+
+def _travel_m(datasets: Sequence[RegressionData]) -> tuple[float, float]:
     low_m = min(float(data.motion.position_m.min()) for data in datasets)
     high_m = max(float(data.motion.position_m.max()) for data in datasets)
-    return [(k, 0.5 * (low_m + high_m), max(0.5 * (high_m - low_m), 1e-9)) for k in (1.0, 2.0, 3.0)]
+    return low_m, high_m
 
 
 def powers(data: RegressionData, shape: ShapeParameters) -> Array:

@@ -8,7 +8,7 @@ from hil_sim.physics.load import position_dependent_force as physics
 from reconcile.catalogue import gravity
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
-from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, largest_n, powers
+from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, largest_n, passed_once, powers
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -29,6 +29,7 @@ ENTRY = CatalogueEntry(
         "a spring, a cable chain or an incline; friction would change its sign"
     ),
     from_plant=partial(cubic, sign=-1.0),
+    refused=passed_once,
     rivals=(
         Rival("position_dependent_friction"),
         Rival("constant_force", "at several places a constant force is the same"),

@@ -6,7 +6,7 @@ from hil_sim.physics.friction import position_dependent_friction as physics
 from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
-from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, largest_n, powers
+from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, largest_n, passed_once, powers
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
@@ -23,6 +23,7 @@ ENTRY = CatalogueEntry(
         "direction: position-dependent friction; a spring or cable would not"
     ),
     from_plant=partial(cubic, sign=1.0),
+    refused=passed_once,
     rivals=(
         Rival(
             "position_dependent_force",

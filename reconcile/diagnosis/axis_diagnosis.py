@@ -1,6 +1,7 @@
 """One axis of a diagnosis: its channels are explained, tested on left-out recordings, and written."""
 
 from collections.abc import Callable, Sequence
+from functools import cache, partial
 from typing import NamedTuple
 
 from reconcile.catalogue.backlash import ENTRY as BACKLASH
@@ -61,8 +62,13 @@ def diagnose_axis(
     name = recordings[0].axis
     axis = model.axes[name]
     searches, found = _explain_channels(recordings, axis, negligible_force_share, on_progress)
-    simulated = simulated_recordings(recordings, model) if any(map(_may_be_of_the_model, found)) else []
-    found = [without_simulated_terms(one, simulated, axis) for one in found]
+    along_recordings = cache(partial(simulated_recordings, recordings, model))  # seconds; most need none
+
+    def without_own_terms(of: Sequence[Explanation]) -> list[Explanation]:
+        simulated = along_recordings() if any(map(_may_be_of_the_model, of)) else []
+        return [without_simulated_terms(one, simulated, axis) for one in of]
+
+    found = without_own_terms(found)
     proofs: list[Proof] = []
     if with_proof:
         on_progress(f"axis {name}: proof")
@@ -73,9 +79,9 @@ def diagnose_axis(
     if proofs:
         reported = [without_dropped(one, proof) for one, proof in zip(found, proofs, strict=True)]
         written = [best_predicting(one, proof) for one, proof in zip(found, proofs, strict=True)]
-    reported = [without_simulated_terms(one, simulated, axis) for one in reported]
+    reported = without_own_terms(reported)
     written, sections = writable_model(written, model, name)
-    written = [without_simulated_terms(one, simulated, axis) for one in written]
+    written = without_own_terms(written)
     written = (
         [with_refitted_values(*pair) for pair in zip(written, proofs, strict=True)] if proofs else written
     )

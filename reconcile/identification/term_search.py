@@ -81,6 +81,7 @@ class TermSearch:
             regression_data(one._replace(others={name: one.others[name] for name in sorted(common)}), axis)
             for one in recordings
         ]  # a term of another axis has the same columns in all
+        self._sampling_s = datasets[0].period_s
         model_terms = regressed_terms(axis, datasets, channel)
         self._spare = rules.most_unnamed_terms * max(KNOTS) + MAP_COLUMNS + 1
         self.problem = regression_problem(
@@ -154,9 +155,8 @@ class TermSearch:
         given = [problem.equations.by_key[key] for key in (*scan.joint, *springs)]
         withdrawn: list[WithdrawnEffect] = []
         for _ in range(MOST_SEARCHES):
-            chosen = select(
-                validation, self.rules, SOUGHT_TOGETHER | {one.effect for one in withdrawn}, given
-            )
+            excluded = SOUGHT_TOGETHER | {one.effect for one in withdrawn}
+            chosen = select(validation, self.rules, excluded, given, self._sampling_s)
             refined, terms = with_spring_refitted(*refine(problem, chosen, train), train, spring)
             terms, more = self._admissible_and_predictive(refined, terms, train)
             withdrawn += more
@@ -191,7 +191,9 @@ class TermSearch:
         previous, beside = [own[c.key] for c in before.scanned], [own[key] for key in unnamed]
         excluded = SOUGHT_TOGETHER | {one.effect for one in before.refined.withdrawn}
         given = [own[key] for key in before.given]
-        chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded, given)
+        chosen = select_beside_unnamed(
+            validation, self.rules, previous, beside, excluded, given, self._sampling_s
+        )
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         del validation  # free its memory before the refinement
         refined, terms = with_spring_refitted(*refine(wide, chosen, train), train, before.spring)

@@ -18,6 +18,9 @@ LOW_PASS_CORNERS_HZ = (200.0, 150.0, 110.0, 80.0, 60.0, 45.0)
 """Corners of the low pass of the position; the highest with small noise of the acceleration is used."""
 LARGEST_NOISE_SHARE = 0.05
 """Largest noise of the acceleration, as a share of its RMS; or of its force, as a share of the force."""
+UPPER_QUARTILE = 0.75
+QUARTILE_OF_ROUNDING = 1.15 / math.sqrt(12.0)
+"""Upper quartile of the size of a normal variable with the variance of rounding to whole counts, counts."""
 SHORTEST_STANDSTILL_S = 0.03
 """Least duration of a standstill, s; shorter stops are reversals."""
 
@@ -50,9 +53,9 @@ class Kinematics(NamedTuple):
 
 def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) -> Kinematics:
     """Compute the kinematics of motor positions (n,), n > 50, filtered by a low pass of at most `most_hz`."""
-    count_m, noise_m = _smallest_step_m(position_m), _noise_m(position_m)
-    corner_hz = min(_corner_hz(position_m, period_s), most_hz)
-    smooth_m = _smoothed(position_m, gaussian_width_s(corner_hz) / period_s)
+    count_m, noise_m = _resolution_m(position_m), _noise_m(position_m)
+    corner_hz = min(finest_corner_hz(position_m, period_s), most_hz)
+    smooth_m = smoothed_position(position_m, period_s, corner_hz)
     velocity_m_s = np.gradient(smooth_m, period_s)
     # threshold: four times the velocity noise behind the low pass, or one count in the time of its corner
     passed_rad_s = math.sqrt(corner_hz * 2.0 * period_s) * 2.0 * math.pi * corner_hz / math.sqrt(3.0)
@@ -82,15 +85,15 @@ def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) ->
 
 def acceleration_noise_m_s2(position_m: Array, period_s: float, corner_hz: float) -> float:
     """Return the RMS noise of the acceleration behind a low pass: that of white noise, or of rounding."""
-    noise_m = max(_noise_m(position_m), 0.3 * _smallest_step_m(position_m))
+    noise_m = max(_noise_m(position_m), 0.3 * _resolution_m(position_m))
     return noise_m * (2.0 * math.pi * corner_hz) ** 2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
 
 
-def _corner_hz(position_m: Array, period_s: float) -> float:
+def finest_corner_hz(position_m: Array, period_s: float) -> float:
     """Return the corner of the low pass, at most 0.6 of the Nyquist frequency."""
     corners_hz = [corner for corner in LOW_PASS_CORNERS_HZ if corner <= 0.3 / period_s] or [0.3 / period_s]
     slowest_hz = corners_hz[-1]
-    smooth_m = _smoothed(position_m, gaussian_width_s(slowest_hz) / period_s)
+    smooth_m = smoothed_position(position_m, period_s, slowest_hz)
     rms_m_s2 = float(np.std(np.gradient(np.gradient(smooth_m, period_s), period_s)))
     for corner_hz in corners_hz:
         if acceleration_noise_m_s2(position_m, period_s, corner_hz) <= LARGEST_NOISE_SHARE * rms_m_s2:
@@ -103,8 +106,9 @@ def gaussian_width_s(corner_hz: float) -> float:
     return math.sqrt(2.0 * math.log(2.0)) / (2.0 * math.pi * corner_hz)
 
 
-def _smoothed(position_m: Array, width: float) -> Array:
-    """Filter by a Gaussian of standard deviation `width` samples; extends the position by odd reflection."""
+def smoothed_position(position_m: Array, period_s: float, corner_hz: float) -> Array:
+    """Return the low-passed position (n,); a motion goes on beyond its ends, by odd reflection."""
+    width = gaussian_width_s(corner_hz) / period_s
     margin = min(math.ceil(5.0 * width), len(position_m) - 1)
     extended_m = np.pad(position_m, margin, mode="reflect", reflect_type="odd")
     smooth_m: Array = gaussian_filter1d(extended_m, width)[margin : margin + len(position_m)]
@@ -125,11 +129,19 @@ def _noise_m(position_m: Array) -> float:
     return 1.4826 * float(np.median(np.abs(np.diff(position_m, 3)))) / math.sqrt(20.0)
 
 
-def _smallest_step_m(position_m: Array) -> float:
-    """Return the smallest position step; 0 without motion."""
+def _resolution_m(position_m: Array) -> float:
+    """Return the smallest step between two samples, at most what the moving samples allow; 0 without motion.
+
+    An axis that starts abruptly passes hundreds of counts in its first sample: its smallest step is no count,
+    but its third differences are those of rounding.
+    """
     steps_m = np.abs(np.diff(position_m))
-    smallest_m = float(steps_m[steps_m > 0.0].min(initial=math.inf))
-    return smallest_m if math.isfinite(smallest_m) else 0.0
+    moved = steps_m > 0.0
+    third_m = np.abs(np.diff(position_m, 3))[moved[1:-1]]
+    if not len(third_m):
+        return float(steps_m.max())
+    most_m = float(np.quantile(third_m, UPPER_QUARTILE)) / (QUARTILE_OF_ROUNDING * math.sqrt(20.0))
+    return min(float(steps_m[moved].min()), most_m)
 
 
 @kernel

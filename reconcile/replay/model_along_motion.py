@@ -9,6 +9,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from hil_sim.config import PlantConfig, build_plant
 from hil_sim.plant import readings, step
@@ -17,15 +18,12 @@ from hil_sim.plant.presence import presence_of
 from kernels.arrays import Array
 from kernels.jit import kernel
 from reconcile.recording.first_sample import set_initial_motion
-from reconcile.recording.gaussian_low_pass import gaussian_low_pass
-from reconcile.recording.kinematics import gaussian_width_s
+from reconcile.recording.kinematics import finest_corner_hz, smoothed_position
 from reconcile.recording.recording import AxisRecording
 from reconcile.sensing.channel import quantum
 
 TRACKING_HZ = 400.0
 """Bandwidth of the controller: far above the filter of the residual."""
-MOTION_HZ = 60.0
-"""Corner of the low pass of the motion: above it most of the force would come from rounded positions."""
 LONGEST_SUBSTEP_S = 1e-5
 """Bounds the time between force and motion, of which a heavy rotor makes newtons; chosen."""
 STIFFEST_CYCLES = 0.05
@@ -36,11 +34,12 @@ def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
     """Return the recording with the plant's force and positions, rounded like the measured ones."""
     built, index = build_plant(plant), list(plant.axes).index(recording.axis)
     params, state = built.params[index], built.state[index]
-    width, period_s = gaussian_width_s(MOTION_HZ) / recording.period_s, recording.period_s
-    position_m = gaussian_low_pass(recording.motor_m, width)
-    velocity_m_s = np.gradient(position_m, period_s)
-    track = np.stack((position_m, velocity_m_s, np.gradient(velocity_m_s, period_s)))
-    set_initial_motion(params, state, float(position_m[0]), float(velocity_m_s[0]))
+    period_s = recording.period_s
+    corner_hz = finest_corner_hz(recording.motor_m, period_s)
+    position_m = smoothed_position(recording.motor_m, period_s, corner_hz)
+    spline = CubicSpline(np.arange(len(position_m)) * period_s, position_m)
+    track = np.stack([spline(spline.x, derivative) for derivative in range(3)])
+    set_initial_motion(params, state, float(track[0, 0]), float(track[1, 0]))
     longest_s = min(plant.dt_s, LONGEST_SUBSTEP_S, STIFFEST_CYCLES / TRACKING_HZ)
     substeps = max(math.ceil(period_s / longest_s - 1e-6), 1)
     moved_kg = float(params["mechanics"]["motor_mass_kg"])
@@ -81,9 +80,9 @@ def _follow_motion(
     force_n = 0.0
     for k in range(track.shape[1]):
         for j in range(substeps if k > 0 else 0):
-            u = (j + 1.0) / substeps
+            u = j / substeps
             low, high = track[:, k - 1], track[:, k]
-            # cubic Hermite spline through positions and velocities
+            # the cubic between two samples of the spline
             a = low[0] - high[0]
             b = low[1] * period_s
             c = high[1] * period_s

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from kernels.arrays import Array
 from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.registry import (
     DRIFTING_COLUMNS,
     IMITATED_BY_PRESLIDING,
     SHOWS_AFTER_PRESLIDING,
+    TIMING,
     possible,
 )
 from reconcile.regression.candidate_term import CandidateTerm
@@ -17,6 +20,8 @@ from reconcile.selection.selection_rules import SelectionRules
 
 CLEARLY_BETTER_T = 2.0
 """Standard errors from which on one term is better than another: about 95 %."""
+LEAST_GAIN_OF_SAMPLING = 0.1
+"""Least share of the unexplained squares of a delay within a cycle. Chosen."""
 PRESLIDING = presliding_hysteresis.ENTRY.name
 SETTLED_PRESLIDING_RATIO = 10.0
 """Distance after which presliding is over, in lengths of the longest identified one."""
@@ -34,6 +39,8 @@ class SelectionContext(NamedTuple):
     """Unnamed terms over the distance since the reversal; what they explain as well is presliding."""
     given: Sequence[CandidateTerm] = ()
     """Terms that stay."""
+    sampling_s: float = 0.0
+    """Cycle of the recordings: a shorter delay is how they were sampled."""
 
 
 def is_accepted(
@@ -44,7 +51,7 @@ def is_accepted(
     # a further term of a chosen effect is compared within that effect
     is_further = any(other.effect == term.effect for other in chosen)
     compared = sum(other.effect == term.effect or not is_further for other in context.named_terms)
-    if not score.is_significant(compared, rules.false_alarm):
+    if not (score.is_significant(compared, rules.false_alarm) or _is_of_sampling(context, chosen, score)):
         return False
     removed_squares = float(squares_without.sum() - score.squares.sum())
     initial_share = removed_squares / max(context.initial_squares, 1e-300)
@@ -57,6 +64,18 @@ def is_accepted(
     if term.effect in IMITATED_BY_PRESLIDING and context.since_reversal_terms:
         return _explains_more_than_presliding(context, chosen, term)
     return True
+
+
+def _is_of_sampling(context: SelectionContext, chosen: Sequence[CandidateTerm], score: Score) -> bool:
+    """Whether a term is a delay within a cycle, which every recording has and no report names.
+
+    It shows in the few blocks with abrupt motion, too few for significance, and there it is most of the rest.
+    """
+    term = score.candidate
+    if term.effect not in TIMING or score.gain < LEAST_GAIN_OF_SAMPLING:
+        return False
+    own = context.validation.coefficients([*chosen, term])[-context.validation.equations.coefficients(term) :]
+    return float(np.abs(own).max()) * term.shape_parameters[0] < context.sampling_s
 
 
 def _drifts(context: SelectionContext, chosen: Sequence[CandidateTerm], term: CandidateTerm) -> bool:

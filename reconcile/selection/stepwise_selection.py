@@ -27,11 +27,18 @@ def select(
     rules: SelectionRules,
     excluded: Container[str] = (),
     given: Sequence[CandidateTerm] = (),
+    sampling_s: float = 0.0,
 ) -> list[CandidateTerm]:
-    """Select terms beside `given` ones, none of `excluded` effects; timing before physics."""
+    """Select terms beside `given` ones, none of `excluded` effects; timing before physics.
+
+    `sampling_s`: cycle of the recordings. Where no timing is significant, a delay within it may be.
+    """
     context = _context(validation, rules, [], excluded, given)
     timing_terms = [c for c in context.named_terms if c.effect in TIMING]
     timing = _select_forward(context._replace(named_terms=timing_terms), [*given])
+    if len(timing) == len(given):
+        context = context._replace(sampling_s=sampling_s)
+        timing = _select_forward(context._replace(named_terms=timing_terms), [*given])
     context = context._replace(initial_squares=initial_squares(validation, timing))
     return _exchange_with_rivals(context, _select_forward(context, timing))
 
@@ -43,13 +50,14 @@ def select_beside_unnamed(
     unnamed: Sequence[CandidateTerm],
     excluded: Container[str] = (),
     given: Sequence[CandidateTerm] = (),
+    sampling_s: float = 0.0,
 ) -> list[CandidateTerm]:
     """Select again beside `unnamed` terms, from the `previous` selection, of which the `given` terms stay.
 
     Terms that presliding can imitate must be accepted again, and none of these is added.
     """
     context = _context(validation, rules, unnamed, excluded, given)._replace(
-        initial_squares=initial_squares(validation, previous)
+        initial_squares=initial_squares(validation, previous), sampling_s=sampling_s
     )
     chosen = [*previous, *unnamed]
     for term in (c for c in previous if c.effect in IMITATED_BY_PRESLIDING):

@@ -165,3 +165,13 @@ def test_a_term_that_is_the_baseline_in_this_motion_is_refused() -> None:
     assert collinearity(v + 3.0, base) == pytest.approx(1.0)
     x_alone = x - base @ np.linalg.lstsq(base, x, rcond=None)[0]
     assert float(np.linalg.norm(x_alone)) < 1e-9 * float(np.linalg.norm(x))
+
+
+@pytest.mark.parametrize("effect", ["position_dependent_force", "position_dependent_friction"])
+def test_what_depends_on_the_place_needs_a_place_that_is_passed_again(effect: str) -> None:
+    to_and_fro = data()
+    position_m = np.linspace(-0.03, 0.03, len(to_and_fro.time_s))
+    one_way = to_and_fro._replace(motion=to_and_fro.motion._replace(position_m=position_m))
+    shape, coefficients = (1.0, 0.0, 0.03), (2.0,)
+    assert "may as well depend on the time" in refused(effect, shape, coefficients, one_way)
+    assert not refused(effect, shape, coefficients, to_and_fro)
