@@ -9,6 +9,7 @@ from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation, explain
+from reconcile.identification.motion_of_mass import motion_of_mass
 from reconcile.identification.term_search import TermSearch
 from reconcile.identification.unexplained_residual import is_misfit, varying_rms
 from reconcile.model_update.axis_update import update_axis
@@ -107,18 +108,25 @@ def _explain_channels(
     negligible_force_share: float,
     on_progress: Callable[[str], None],
 ) -> tuple[list[TermSearch], list[Explanation]]:
-    """Explain the force, and the position deviation of the recordings that have a scale."""
+    """Explain the position deviation of the recordings that have a scale, and the force along the mass.
+
+    Returned in the order of the channels: the force first.
+    """
     name = recordings[0].axis
-    on_progress(f"axis {name}: force")
-    rules = SelectionRules(negligible_force_share=negligible_force_share)
-    searches = [TermSearch(recordings, axis, ResidualChannel.FORCE, rules)]
-    found = [explain(searches[0])]
+    searches: list[TermSearch] = []
+    found: list[Explanation] = []
     with_scale = [recording for recording in recordings if recording.scale_m is not None]
     if with_scale:
         on_progress(f"axis {name}: scale less motor")
         rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
-        found.append(explain(searches[1]))
+        found.append(explain(searches[0]))
+    on_progress(f"axis {name}: force")
+    rules = SelectionRules(negligible_force_share=negligible_force_share)
+    along_mass = motion_of_mass(recordings, axis, found[0].selected if found else None).recordings
+    searches.insert(0, TermSearch(along_mass, axis, ResidualChannel.FORCE, rules))
+    found.insert(0, explain(searches[0]))
+    if with_scale:
         found = [_without_cross_channel_misfit(one, found, axis) for one in found]
     return searches, found
 

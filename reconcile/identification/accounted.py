@@ -16,6 +16,8 @@ from reconcile.sensing.channel import quantum
 NOISE_RATIO = 1.5
 """RMS of a residual over the noise floor up to which it counts as noise: the floor is estimated."""
 UNNAMED = "unnamed terms"
+ROUNDINGS_OF_A_COUNT = math.sqrt(12.0)
+"""A count over the RMS of its rounding. A slow wave of less than a count may be the gratings' own."""
 
 
 class Accounted(NamedTuple):
@@ -35,6 +37,8 @@ class Accounted(NamedTuple):
     """Least RMS of a relevant effect: a share of the measured force; in the deviation, the rounding."""
     rounding: float = 0.0
     """Quantisation of the sensors, before any filter."""
+    least_named: float = 0.0
+    """Least RMS of an effect that is named, if more than the relevant one: in the deviation, a count."""
 
     @property
     def unexplained(self) -> float:
@@ -55,7 +59,7 @@ class Accounted(NamedTuple):
         """Return whether an effect is large enough to be reported; `unknown` stands for all unnamed terms."""
         if effect == "unknown":
             return self.effects.get(UNNAMED, math.inf) >= self.least_reported
-        return self.effects.get(effect, math.inf) >= self.negligible_rms
+        return self.effects.get(effect, math.inf) >= max(self.negligible_rms, self.least_named)
 
     def as_json(self, unit: str) -> dict[str, Any]:
         """Return the entry of `accounted` in verdict.json; a share is of the measured square."""
@@ -98,7 +102,7 @@ def accounted(
             squares[name] += float(part @ part)
             residual -= part
         squares["residual"] += float(residual @ residual)
-    rounding = _rounding(problem)
+    is_force, rounding = problem.channel is ResidualChannel.FORCE, _rounding(problem)
     rms = {name: math.sqrt(value / max(samples, 1)) for name, value in squares.items()}
     named = {name: rms[name] for name in (*effect_names(terms), UNNAMED) if name in places}
     return Accounted(
@@ -107,8 +111,9 @@ def accounted(
         effects=named,
         residual=rms["residual"],
         noise=noise,
-        negligible_rms=share * rms["measured"] if problem.channel is ResidualChannel.FORCE else rounding,
+        negligible_rms=share * rms["measured"] if is_force else rounding,
         rounding=rounding,
+        least_named=0.0 if is_force else ROUNDINGS_OF_A_COUNT * rounding,
     )
 
 
