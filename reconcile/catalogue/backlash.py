@@ -21,6 +21,8 @@ MASS_RATIOS = (1.0, 1.5)
 """Ratios of the total moved mass to the table's, tried if the rotor's mass is not known; chosen."""
 STOPS_AT_ONCE = (math.inf, 0.0)
 """Deceleration (m/s^2, 1/s) of a table that friction stops at once."""
+LEAST_STEP_RATIO = 0.5
+"""Least step of the scale over the gap that the motor crosses: 1 of a play, more where the table flies."""
 INDICATOR_HALF_GAP_M = 1e-6
 """Half gap of the indicator: small, so that backlash and wind-up count alike as lost motion."""
 
@@ -75,6 +77,14 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return (less_motor_m / shape[0])[:, None]
 
 
+def _yields(shape: ShapeParameters, coefficients: Array) -> str:
+    """Return why this is no play: what builds up over a longer way than its height is elastic."""
+    ratio = float(coefficients[0]) / shape[0]
+    if ratio >= LEAST_STEP_RATIO:
+        return ""
+    return f"the scale steps by {100.0 * ratio:.2g} % of what the motor crosses: that yields, and has no play"
+
+
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """All of the friction decelerates the free table, as in the plant."""
     play_m, base = of.params.play_m, of.base
@@ -93,6 +103,7 @@ ENTRY = CatalogueEntry(
         "the force: backlash; compliance would grow with force"
     ),
     physical=POSITIVE,
+    contradiction=_yields,
     continuous_shape_parameters=2,
     # The flanks' stiffness is not known, and friction holds the table off them: the estimate is too small.
     # Calibrated on the blind trials' seeds 308 to 436 and 100000 to 100399.

@@ -42,6 +42,7 @@ def within(of: RegressionData, range_m: float) -> RegressionData:
     ("effect", "shape", "coefficients", "why"),
     [
         ("backlash", (2e-6, math.inf, 0.0), (-2e-6,), "lies between 0 and inf in nature"),
+        ("backlash", (3e-5, math.inf, 0.0), (2e-6,), "steps by 6.7 % of what the motor crosses"),
         ("presliding_hysteresis", (8e-6, 1.0), (-3.0,), "lies between 0 and inf"),
         ("cogging", (4.0,), (math.nan, 1.0), "not finite"),
         ("torque_ripple", (6.0,), (3.61, 0.0), "relative amplitude A_k would be 3.61"),
