@@ -83,7 +83,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
         sections["amplifier"] = {"voltage_limit_v": sections.pop("voltage_saturation")["voltage_limit_v"]}
     if "backlash" in sections and "drive_compliance" not in {*sections, *given}:
         sections["drive_compliance"] = {"stiffness_n_um": CONTACT_N_M * 1e-6}
-    split_at_the_spring(explanations, sections, axis)
+    split_at_the_spring(explanations, sections, axis, notes)
     give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
     place = f"model.toml, axis {name}: "
     by_effect = {effect: place + note for effect, note in left_out.items()}

@@ -14,6 +14,8 @@ DAMPING_RATIO = 0.03
 """Damping ratio of a spring whose damping was not identified; chosen."""
 MOTOR_SHARE = 0.3
 """Share of the moved mass on the motor side of a spring where the model has no rotor inertia; chosen."""
+LEAST_MOTOR_SHARE = 0.02
+"""Least share of the moved mass on the motor side of a spring that the motor alone showed; chosen."""
 
 Sections = dict[str, dict[str, Any]]
 
@@ -58,7 +60,9 @@ def share_mass(sections: Sections, axis: NominalAxis) -> None:
     sections["table"] = {"mass_kg": whole_kg - payload_kg}
 
 
-def split_at_the_spring(explanations: Sequence[Explanation], sections: Sections, axis: NominalAxis) -> None:
+def split_at_the_spring(
+    explanations: Sequence[Explanation], sections: Sections, axis: NominalAxis, notes: list[str]
+) -> None:
     """Divide the mass at a spring that the motor alone identified, by its load mass."""
     named = [f for e in explanations for f in [*e.findings, *e.minor] if f.effect == "drive_compliance"]
     loads = [f.parameters["load_mass_kg"].value for f in named if "load_mass_kg" in f.parameters]
@@ -66,9 +70,15 @@ def split_at_the_spring(explanations: Sequence[Explanation], sections: Sections,
         return
     payload_kg = sections.get("payload_mass", {}).get("mass_kg", 0.0)
     table_kg = sections.get("table", {}).get("mass_kg", axis.mass_kg - axis.motor_mass_kg)
-    motor_kg = axis.motor_mass_kg + table_kg + payload_kg - loads[0]
-    sections["motor"] = rotor(motor_kg, axis)
-    sections["table"] = {"mass_kg": max(loads[0] - payload_kg, LEAST_MASS_KG)}
+    whole_kg = axis.motor_mass_kg + table_kg + payload_kg
+    load_kg = min(loads[0], (1.0 - LEAST_MOTOR_SHARE) * whole_kg)
+    if load_kg < loads[0]:
+        notes.append(
+            f"drive_compliance.load_mass_kg was found to be {loads[0]:.4g} of {whole_kg:.4g} in all; "
+            f"{load_kg:.4g} is written, for something must move before the spring"
+        )
+    sections["motor"] = rotor(whole_kg - load_kg, axis)
+    sections["table"] = {"mass_kg": max(load_kg - payload_kg, LEAST_MASS_KG)}
 
 
 def give_the_spring_masses(sections: Sections, axis: NominalAxis, substep_s: float, notes: list[str]) -> None:

@@ -26,6 +26,17 @@ def test_the_spring_is_written_once_with_the_values_from_the_force(tmp_path: Pat
     assert made.sections["table"]["mass_kg"] == pytest.approx(35.0)
 
 
+def test_a_load_heavier_than_all_that_moves_leaves_the_motor_a_fiftieth(tmp_path: Path) -> None:
+    seen, model = data(tmp_path), load_model(model_file(tmp_path))
+    heavy = {**BY_MOTOR, "load_mass_kg": 1.1 * BASE["mass_kg"]}
+    found: Any = explanations(FORCE, [finding("drive_compliance", FORCE, [heavy])], seen)
+    made = axis_sections(found, model, "x")
+    motor_kg = made.sections["motor"]["inertia_kg_cm2"] * 1e-4 * TURN_RAD_M**2
+    assert motor_kg == pytest.approx(0.02 * BASE["mass_kg"])
+    assert made.sections["table"]["mass_kg"] == pytest.approx(0.98 * BASE["mass_kg"])
+    assert any("something must move before the spring" in note for note in made.notes)
+
+
 @pytest.mark.parametrize("moved_kg", [8.0, 40.0])
 def test_less_mass_than_the_rotor_has_is_shared_as_the_model_has_it(tmp_path: Path, moved_kg: float) -> None:
     seen, model = data(tmp_path), load_model(model_file(tmp_path))
