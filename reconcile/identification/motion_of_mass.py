@@ -12,12 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.encoder_eccentricity import ENTRY as ENCODER_ECCENTRICITY
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.lead_error_periodic import ENTRY as LEAD_ERROR_PERIODIC
 from reconcile.catalogue.periodic import pair
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.selected_terms import SelectedTerms
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.regression_data import (
     low_pass_of,
     regression_data,
@@ -67,10 +70,32 @@ def motion_of_mass(
     if cost_n < LEAST_FORCE_SHARE * float(np.sqrt(np.mean(force_n**2))):
         return unchanged
     moved = [
-        recording._replace(motor_m=recording.motor_m + share * _wave_m(recording.motor_m, waves_of, axis))
-        for recording, waves_of in zip(recordings, own, strict=True)
+        _moved(recording, waves_of, share, axis) for recording, waves_of in zip(recordings, own, strict=True)
     ]
     return MotionOfMass(moved, share, cost_n)
+
+
+def along_model(recording: AxisRecording, axis: NominalAxis) -> AxisRecording:
+    """Return a recording along the mass, by the waves of the model."""
+    of_model = regressed_terms(axis, [regression_data(recording, axis)], ResidualChannel.POSITION_DEVIATION)
+    waves = _waves_among(of_model)
+    if not waves:
+        return recording
+    is_eccentric = ENCODER_ECCENTRICITY.name in axis.model_effects.effects
+    share = 1.0 if is_eccentric else 1.0 - axis.motor_mass_kg / axis.mass_kg
+    return _moved(recording, waves, share, axis)
+
+
+def _moved(recording: AxisRecording, waves: Waves, share: float, axis: NominalAxis) -> AxisRecording:
+    return recording._replace(motor_m=recording.motor_m + share * _wave_m(recording.motor_m, waves, axis))
+
+
+def _waves_among(terms: Sequence[ModelTerm]) -> Waves:
+    return [
+        (term.shape_parameters[0], term.coefficients[0], term.coefficients[1])
+        for term in terms
+        if term.effect == LEAD_ERROR_PERIODIC.name and term.channel is ResidualChannel.POSITION_DEVIATION
+    ]
 
 
 def _waves(deviation: SelectedTerms) -> dict[str, Waves]:
@@ -80,14 +105,9 @@ def _waves(deviation: SelectedTerms) -> dict[str, Waves]:
     slots = equations.slots(deviation.terms)
     blocks = np.concatenate((deviation.train, deviation.held_out))
     weights = equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
-    of_model = [
-        (term.shape_parameters[0], term.coefficients[0], term.coefficients[1])
-        for term in problem.model_terms
-        if term.effect == LEAD_ERROR_PERIODIC.name and term.channel is ResidualChannel.POSITION_DEVIATION
-    ]
     waves = {}
     for number, source in enumerate(deviation.inputs.sources):
-        waves[source] = list(of_model)
+        waves[source] = _waves_among(problem.model_terms)
         for term, places in equations.placed(deviation.terms):
             if term.effect == LEAD_ERROR_PERIODIC.name:
                 here = [float(weights[i]) for i in places if slots[i][1] in (-1, number)]

@@ -21,6 +21,7 @@ from reconcile.catalogue.transport_delay import ENTRY as TRANSPORT_DELAY
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation, explain
 from reconcile.identification.model_force import with_identified_force
+from reconcile.identification.motion_of_mass import along_model
 from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.model_choice import ModelChoice, dropping_order, writable_model
@@ -57,12 +58,13 @@ def written_residual(
     `timing_s`: delay between force and position samples. Only the zero of a scale against its motor, which
     changes with each power-up, is fitted for the recording.
     """
-    data = regression_data(recording, axis)
+    is_force = channel is ResidualChannel.FORCE
+    data = regression_data(along_model(recording, axis) if is_force else recording, axis)
     terms = regressed_terms(axis, [data], channel)
-    if timing_s and channel is ResidualChannel.FORCE:
+    if timing_s and is_force:
         terms = [*terms, ModelTerm(TRANSPORT_DELAY.name, (timing_s,), (1.0,))]
     baseline = [0.0, 0.0]
-    if channel is ResidualChannel.FORCE:
+    if is_force:
         baseline = list(baseline_parameters(axis).values())
         with_measured_force = regression_problem([data], channel, only=True, model_terms=terms)
         slots = with_measured_force.equations.slots([])
@@ -72,7 +74,7 @@ def written_residual(
     target, columns = problem.target_and_columns(0)
     residual = target - columns @ np.array(baseline)
     used = samples_in_use(data, channel)
-    if channel is ResidualChannel.POSITION_DEVIATION:
+    if not is_force:
         residual = residual - residual[used].mean()
     return ModelResidual(target_and_baseline(data, channel)[0], residual, used)
 

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from known_axis import AXIS, COULOMB_N, COUNT_M, MASS_KG, VISCOUS_N_S_M, T
 
+from hil_sim.physics.sensor import encoder_eccentricity
+from hil_sim.physics.transmission import lead_error_periodic
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.axis_diagnosis import DEVIATION_LEAST_GAIN
+from reconcile.formats.nominal_axis import ModelEffects
 from reconcile.identification.explain import explain
-from reconcile.identification.motion_of_mass import MotionOfMass, motion_of_mass
+from reconcile.identification.motion_of_mass import MotionOfMass, along_model, motion_of_mass
 from reconcile.identification.term_search import TermSearch
 from reconcile.recording.recording import AxisRecording
 from reconcile.selection.selection_rules import SelectionRules
@@ -94,3 +97,17 @@ def test_without_a_scale_nothing_is_known_of_it() -> None:
     found = motion_of_mass([recording], AXIS, None)
     assert found.recordings == [recording]
     assert (found.share, found.force_n) == (0.0, 0.0)
+
+
+def test_a_model_with_the_wave_moves_its_mass_by_it() -> None:
+    """Of an eccentric encoder all mass follows the scale, of a screw that errs all but the rotor."""
+    recording, moved_m = eccentric()
+    rotor = AXIS._replace(motor_mass_kg=ROTOR_SHARE * MASS_KG)
+    encoder = encoder_eccentricity.Params(amplitude_m=-AMPLITUDE_M, phase_rad=0.0)
+    screw = lead_error_periodic.Params(amplitude_m=AMPLITUDE_M, harmonic=1.0, phase_rad=0.0)
+    models = (("encoder_eccentricity", encoder, 1.0), ("lead_error_periodic", screw, 1.0 - ROTOR_SHARE))
+    for effect, params, share in models:
+        axis = rotor._replace(model_effects=ModelEffects({effect: params}, {}))
+        by_wave_m = along_model(recording, axis).motor_m - recording.motor_m
+        assert by_wave_m == pytest.approx(share * (moved_m - recording.motor_m), abs=0.02 * AMPLITUDE_M)
+    assert along_model(recording, rotor) is recording
