@@ -69,7 +69,7 @@ def test_ctrl_c_stops_the_axes_and_ends_the_loop(tmp_path: Path) -> None:
 
     done = run_loop(loop_options(tmp_path, PRODUCTION), on_progress=interrupt)
     assert done.why == STOPPED
-    assert json.loads(done.log.read_text(encoding="utf-8"))["rounds"][0]["stopped"] == "stopped by SIGINT"
+    assert json.loads(done.log.read_text(encoding="utf-8"))["rounds"][-1]["stopped"] == "stopped by SIGINT"
 
 
 def test_axis_without_reference_is_refused_before_anything_moves(tmp_path: Path) -> None:
