@@ -16,8 +16,11 @@ from reconcile.sensing.channel import quantum
 NOISE_RATIO = 1.5
 """RMS of a residual over the noise floor up to which it counts as noise: the floor is estimated."""
 UNNAMED = "unnamed terms"
-ROUNDINGS_OF_A_COUNT = math.sqrt(12.0)
-"""A count over the RMS of its rounding. A slow wave of less than a count may be the gratings' own."""
+LEAST_UNEXPLAINED_RATIO = 0.45
+"""Least RMS of a named effect over what is unexplained, of which a smaller one may be a part. Chosen."""
+ROUNDINGS_OF_A_COUNT = 2.0
+"""RMS of a line that reaches a count at its ends, over that of rounding: 1/sqrt(3) over 1/sqrt(12). What
+stays within a count may be the gratings' own."""
 
 
 class Accounted(NamedTuple):
@@ -38,7 +41,7 @@ class Accounted(NamedTuple):
     rounding: float = 0.0
     """Quantisation of the sensors, before any filter."""
     least_named: float = 0.0
-    """Least RMS of an effect that is named, if more than the relevant one: in the deviation, a count."""
+    """Least RMS of an effect that is named, if more than the relevant one: one that reaches a count."""
 
     @property
     def unexplained(self) -> float:
@@ -59,7 +62,8 @@ class Accounted(NamedTuple):
         """Return whether an effect is large enough to be reported; `unknown` stands for all unnamed terms."""
         if effect == "unknown":
             return self.effects.get(UNNAMED, math.inf) >= self.least_reported
-        return self.effects.get(effect, math.inf) >= max(self.negligible_rms, self.least_named)
+        least = max(self.negligible_rms, self.least_named, LEAST_UNEXPLAINED_RATIO * self.unexplained)
+        return self.effects.get(effect, math.inf) >= least
 
     def as_json(self, unit: str) -> dict[str, Any]:
         """Return the entry of `accounted` in verdict.json; a share is of the measured square."""
