@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from nominal_model_text import WITHOUT_SCALE
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
@@ -13,22 +14,8 @@ from reconcile.replay.model_along_motion import along_motion
 from reconcile.replay.replay import plant_of
 
 T = 1e-3
-MASS_KG, VISCOUS_N_S_M, LEAD_M = 95.0, 200.0, 2.5e-3
-MODEL = f"""
-[plant]
-name = "rigid"
-substep_us = 50.0
-[axis.x.motor]
-torque_constant_nm_a = 0.1
-[axis.x.transmission]
-lead_mm = {LEAD_M * 1e3}
-[axis.x.table]
-mass_kg = {MASS_KG}
-[axis.x.encoder]
-counts_per_rev = 2000000000
-[axis.x.viscous_friction]
-viscous_n_s_m = {VISCOUS_N_S_M}
-"""
+MASS_KG, VISCOUS_N_S_M = 50.0, 100.0
+MODEL = WITHOUT_SCALE.split("[axis.x.coulomb_friction]")[0]
 
 
 @pytest.fixture(scope="module")
