@@ -12,7 +12,7 @@ import numpy as np
 from hil_sim.physics.transmission import backlash as physics
 from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
-from reconcile.catalogue.conversion import ModelEffect, ModelTerm
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
@@ -77,9 +77,9 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return (less_motor_m / shape[0])[:, None]
 
 
-def _yields(shape: ShapeParameters, coefficients: Array) -> str:
+def _yields(found: IdentifiedTerms) -> str:
     """Return why this is no play: what builds up over a longer way than its height is elastic."""
-    ratio = float(coefficients[0]) / shape[0]
+    ratio = found.terms[0]["play_m"] / found.shapes[0][0]
     if ratio >= LEAST_STEP_RATIO:
         return ""
     return f"the scale steps by {100.0 * ratio:.2g} % of what the motor crosses: that yields, and has no play"
@@ -103,7 +103,7 @@ ENTRY = CatalogueEntry(
         "the force: backlash; compliance would grow with force"
     ),
     physical=POSITIVE,
-    contradiction=_yields,
+    refused=_yields,
     continuous_shape_parameters=2,
     # The flanks' stiffness is not known, and friction holds the table off them: the estimate is too small.
     # Calibrated on the blind trials' seeds 308 to 436 and 100000 to 100399.

@@ -56,3 +56,5 @@ class IdentifiedTerms(NamedTuple):
     base: Mapping[str, float]
     """mass_kg, viscous_n_s_m, coulomb_n as fitted to the force; empty if they were not."""
     axis: NominalAxis
+    shapes: Sequence[ShapeParameters] = ()
+    """Shape parameters of each term, where the terms are judged (`veto`)."""

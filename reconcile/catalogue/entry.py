@@ -149,8 +149,6 @@ class CatalogueEntry:
     """Terms that equal the plant's effect, if its parameters are not those of the term."""
     refused: Callable[[IdentifiedTerms], str] = lambda _found: ""
     """Reason why such an effect is impossible, besides bounds and sign; empty if possible (`veto`)."""
-    contradiction: Callable[[ShapeParameters, Array], str] = lambda _shape, _coefficients: ""
-    """Reason why these coefficients cannot have these shape parameters; empty if they can (`veto`)."""
     fixed_to_screw: bool = False
     """Its phase is fixed to the screw, so it depends on the encoder's zero within a turn."""
 

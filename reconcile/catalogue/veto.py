@@ -80,14 +80,11 @@ def veto(entry: CatalogueEntry, terms: Sequence[ModelTerm], context: VetoContext
         datasets=context.datasets,
         base=context.base,
         axis=context.axis,
+        shapes=[term.shape_parameters for term in terms],
     )
     reasons = (
         *(_sign(entry, of) for of in coefficients),
         entry.refused(found),
-        *(
-            entry.contradiction(term.shape_parameters, of)
-            for term, of in zip(terms, coefficients, strict=True)
-        ),
         *(_turns(entry, term, context) for term in terms),
         *(_frequency(of, context) for of in parameters),
         _bounds(entry, found),

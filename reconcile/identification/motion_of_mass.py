@@ -77,11 +77,12 @@ def motion_of_mass(
 
 def along_model(recording: AxisRecording, axis: NominalAxis) -> AxisRecording:
     """Return a recording along the mass, by the waves of the model."""
+    effects = axis.model_effects.effects
+    if not effects.keys() & {LEAD_ERROR_PERIODIC.name, ENCODER_ECCENTRICITY.name}:
+        return recording
     of_model = regressed_terms(axis, [regression_data(recording, axis)], ResidualChannel.POSITION_DEVIATION)
     waves = _waves_among(of_model)
-    if not waves:
-        return recording
-    is_eccentric = ENCODER_ECCENTRICITY.name in axis.model_effects.effects
+    is_eccentric = ENCODER_ECCENTRICITY.name in effects
     share = 1.0 if is_eccentric else 1.0 - axis.motor_mass_kg / axis.mass_kg
     return _moved(recording, waves, share, axis)
 

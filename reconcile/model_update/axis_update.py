@@ -9,7 +9,7 @@ from reconcile.identification.explain import Explanation
 from reconcile.identification.two_mass import TwoMassModel, identify_two_mass
 from reconcile.model_update.axis_sections import AxisSections, axis_sections
 from reconcile.model_update.shared_values import Sections
-from reconcile.model_update.two_mass_results import plant_sections, summary_note, with_two_mass_force
+from reconcile.model_update.two_mass_results import summary_note, two_mass_results
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.replay.replay import plant_of
 
@@ -45,9 +45,9 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
         notes = [*made.notes, f"{note}its damping is a guess: {why}"]
         return AxisUpdate(made.sections, notes, list(explanations))
     sections = dict(made.sections)
-    for section, values in plant_sections(found, model.axes[name].lead_m, explanations).items():
+    fitted, after = two_mass_results(found, explanations, model.axes[name].lead_m)
+    for section, values in fitted.items():
         sections[section] = {**sections.get(section, {}), **values}
-    after = with_two_mass_force(found, explanations)
     named = {finding.effect for one in after for finding in [*one.findings, *one.minor]}
     needless = {why for effect, why in made.left_out.items() if effect not in named}
     notes = [one for one in made.notes if one not in needless]

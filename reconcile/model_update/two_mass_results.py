@@ -31,17 +31,25 @@ DAMPING_INTERVAL_FACTORS = (0.9, 1.0)
 recording at 1 kHz hardly shows: the damping was identified 1 to 9 % too high."""
 
 
-def plant_sections(
-    model: TwoMassModel, lead_m: float, explanations: Sequence[Explanation]
-) -> dict[str, dict[str, Any]]:
-    """Sections of a plant file with the fitted values, in the file's units.
+def two_mass_results(
+    model: TwoMassModel, explanations: Sequence[Explanation], lead_m: float
+) -> tuple[dict[str, dict[str, Any]], list[Explanation]]:
+    """Return sections of a plant file, in its units, and the explanations with what this plant leaves.
 
-    Masses and friction that leave more of the force than a refitted rigid model are not among them: friction
-    that the plant lacks, as a presliding, has drawn them.
+    Masses and friction that leave more of the force than a refitted rigid model are not in the sections:
+    friction that the plant lacks, as a presliding, has drawn them. The force residual becomes that of this
+    plant where it is smaller; that of the deviation stays the columns', because a second diagnosis starts
+    from it.
     """
     force = next(one for one in explanations if one.channel is ResidualChannel.FORCE)
     by_plant = _force_of(model, force)
-    own_masses = by_plant is None or by_plant[1].train <= force.refitted.train
+    serves_force = by_plant is None or by_plant[1].train <= force.refitted.train
+    others = [one for one in explanations if one is not force]
+    after = [_with_fitted_parameters(one, model.fit) for one in (_with_force(force, by_plant), *others)]
+    return _plant_sections(model.fit, lead_m, serves_force=serves_force), after
+
+
+def _plant_sections(fit: TwoMassFit, lead_m: float, *, serves_force: bool) -> dict[str, dict[str, Any]]:
     keys = {
         PLAY: ("backlash", "play_um", 1e6),
         STIFFNESS: ("drive_compliance", "stiffness_n_um", 1e-6),
@@ -52,8 +60,8 @@ def plant_sections(
         VISCOUS: ("viscous_friction", "viscous_n_s_m", 1.0),
     }
     sections: dict[str, dict[str, Any]] = {}
-    for name, value in model.fit.values.items():
-        if name in BESIDE_THE_SPRING and not own_masses:
+    for name, value in fit.values.items():
+        if name in BESIDE_THE_SPRING and not serves_force:
             continue
         section, key, factor = keys[name]
         sections.setdefault(section, {})[key] = value * factor
@@ -84,17 +92,7 @@ def _interval(fit: TwoMassFit, name: tuple[str, str]) -> tuple[float, float]:
     return fit.bounds[name][0] * factors[0], fit.bounds[name][1] * factors[1]
 
 
-def with_two_mass_force(model: TwoMassModel, explanations: Sequence[Explanation]) -> list[Explanation]:
-    """Replace the force residual by that of this plant, where it is smaller.
-
-    The deviation residual stays that of the columns, because a second diagnosis starts from it.
-    """
-    by_plant = (_with_force_of(model, one) for one in explanations)
-    return [_with_fitted_parameters(one, model.fit) for one in by_plant]
-
-
-def _with_force_of(model: TwoMassModel, force: Explanation) -> Explanation:
-    by_plant = _force_of(model, force)
+def _with_force(force: Explanation, by_plant: tuple[list[Residual], ResidualRms] | None) -> Explanation:
     if by_plant is None or not by_plant[1].train < force.after.train:
         return force
     residuals, after = by_plant
@@ -105,9 +103,8 @@ def _with_force_of(model: TwoMassModel, force: Explanation) -> Explanation:
 
 
 def _force_of(model: TwoMassModel, force: Explanation) -> tuple[list[Residual], ResidualRms] | None:
-    """Return what the plant leaves of the force; None in the other channel, and where positions are noisy."""
-    noisy = any(residual.data.motion.corner_hz < LEAST_CLEAN_HZ for residual in force.residuals)
-    if noisy or force.channel is not ResidualChannel.FORCE:
+    """Return what the plant leaves of the force; None where positions are noisy."""
+    if any(residual.data.motion.corner_hz < LEAST_CLEAN_HZ for residual in force.residuals):
         return None
     residuals = [residual._replace(after=_force_residual_n(model, residual)) for residual in force.residuals]
     sides = ([r.after[r.used & (r.held_out == side)] for r in residuals] for side in (False, True))

@@ -85,8 +85,16 @@ def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) ->
 
 def acceleration_noise_m_s2(position_m: Array, period_s: float, corner_hz: float) -> float:
     """Return the RMS noise of the acceleration behind a low pass: that of white noise, or of rounding."""
-    noise_m = max(_noise_m(position_m), 0.3 * _resolution_m(position_m))
-    return noise_m * (2.0 * math.pi * corner_hz) ** 2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
+    return _position_noise_m(position_m) * _double_differentiator_1_s2(period_s, corner_hz)
+
+
+def _position_noise_m(position_m: Array) -> float:
+    return max(_noise_m(position_m), 0.3 * _resolution_m(position_m))
+
+
+def _double_differentiator_1_s2(period_s: float, corner_hz: float) -> float:
+    """Return the RMS gain of white noise by two derivatives behind a low pass."""
+    return (2.0 * math.pi * corner_hz) ** 2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
 
 
 def finest_corner_hz(position_m: Array, period_s: float) -> float:
@@ -95,8 +103,9 @@ def finest_corner_hz(position_m: Array, period_s: float) -> float:
     slowest_hz = corners_hz[-1]
     smooth_m = smoothed_position(position_m, period_s, slowest_hz)
     rms_m_s2 = float(np.std(np.gradient(np.gradient(smooth_m, period_s), period_s)))
+    noise_m = _position_noise_m(position_m)
     for corner_hz in corners_hz:
-        if acceleration_noise_m_s2(position_m, period_s, corner_hz) <= LARGEST_NOISE_SHARE * rms_m_s2:
+        if noise_m * _double_differentiator_1_s2(period_s, corner_hz) <= LARGEST_NOISE_SHARE * rms_m_s2:
             return corner_hz
     return slowest_hz
 
